@@ -19,10 +19,10 @@ make -C "$clone" demo test JOBS="$jobs"
 make -C "$clone" release docs JOBS="$jobs"
 ls "$clone"/dist/stiction-"$version"-*.whl "$clone"/dist/stiction-"$version".tar.gz >/dev/null || fail "no wheel or source archive of $version"
 
-# With the optional packages, which `make test` does without: a local Ray of which a worker dies, Parquet, Gymnasium, and a reader of MCAP that is not the writer's.
+# With the optional packages, which `make test` does without: Ray whose workers, machines and head die, Foxglove, rerun, Parquet, Gymnasium, and a reader of MCAP that is not the writer's.
 python3 -m venv "$clone/extras"
-"$clone/extras/bin/python" -m pip install --quiet --disable-pip-version-check --find-links "$clone/dist" 'stiction[ray,parquet,mcap,gym]' pytest pyyaml rosbags
-(cd "$clone" && extras/bin/python -m pytest -c tests/python/pytest.ini tests/python/test_sweep.py tests/python/test_export.py tests/python/test_lerobot.py tests/python/test_grasps.py)
+"$clone/extras/bin/python" -m pip install --quiet --disable-pip-version-check --find-links "$clone/dist" 'stiction[ray,parquet,mcap,gym,foxglove,rerun]' pytest pyyaml rosbags
+(cd "$clone" && extras/bin/python -m pytest -c tests/python/pytest.ini tests/python/test_sweep.py tests/python/test_ray.py tests/python/test_streams.py tests/python/test_export.py tests/python/test_lerobot.py tests/python/test_grasps.py)
 
 # The source archive holds all that a wheel is made from.
 mkdir "$clone/from-source"

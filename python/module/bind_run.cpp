@@ -25,11 +25,33 @@ using execution::RunOptions;
 using execution::RunPiece;
 using execution::RunPlan;
 using execution::RunResult;
+using execution::RunState;
 using execution::WorldOptions;
 
 using Target = std::variant<std::shared_ptr<tasks::Task>, std::shared_ptr<Plan>>;
 /// (begin [s], duration [s], force [N])
 using PushLike = std::tuple<double, double, Vector>;
+
+/// RunSample on its own, and what the simulated world feels at that moment.
+struct Look {
+  double time = 0;
+  RunState state = RunState::Hold;
+  Eigen::VectorXd q, q_plan, u;
+  int piece = -1, plans = 0;
+  double goal_share = 0;
+  Eigen::VectorXd torque;                       ///< empty of a plant of one's own
+  std::vector<simulation::PairForce> forces{};  ///< … likewise
+};
+
+using OnSample = std::optional<nb::typed<nb::callable, void(Look)>>;
+
+Look look_at(const execution::RunSample& sample, execution::SimulatedPlant* simulated) {
+  Look out{sample.time, sample.state, sample.q, sample.q_plan, sample.u, sample.piece, sample.plans, sample.goal_share, {}, {}};
+  if (simulated == nullptr) return out;
+  out.torque = simulated->take_torques();
+  out.forces = simulated->world().forces();
+  return out;
+}
 
 /// A run and what the simulated world knows of it.
 struct RunOutcome {
@@ -52,7 +74,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
                                 double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
                                 const std::vector<PushLike>& pushes, int threads, double timeout_s, double plan_timeout_s,
                                 std::optional<double> plan_processor_s, double planning_rate, std::optional<double> plan_step_time_s,
-                                bool active_hold, bool join, bool finger_gait, const Callback& on_progress) {
+                                bool active_hold, bool join, bool finger_gait, const Callback& on_progress, const OnSample& on_sample) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
   const world::Model& model = *task.model;
@@ -97,6 +119,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
                          .size = sample.piece + 1,
                          .cost = std::nullopt,
                          .elapsed_s = core::seconds_since(start)});
+    if (on_sample) watcher.ask([&] { (*on_sample)(look_at(sample, own_plant.is_none() ? &simulated : nullptr)); });
   };
   auto out = std::make_unique<RunOutcome>();
   out->start_overlap = parted.overlap;
@@ -128,6 +151,23 @@ void bind_parts(nb::module_& m) {
       .value("Deadline", RunEnd::Deadline, "`timeout_s` is over")
       .value("Cancelled", RunEnd::Cancelled)
       .value("Silent", RunEnd::Silent, "the plant does not answer");
+  nb::enum_<RunState>(m, "RunState", "What a run does at a moment.")
+      .value("Hold", RunState::Hold, "commands rest: something settles, or the goal has to hold")
+      .value("Push", RunState::Push, "the robot pushes")
+      .value("Regrasp", RunState::Regrasp, "the robot moves to new contacts")
+      .value("Replan", RunState::Replan, "commands rest while the planner works");
+  nb::class_<Look>(m, "RunSample", "What is seen and decided at one look of a run.")
+      .def_ro("time", &Look::time, "since the start of the run [s]")
+      .def_ro("state", &Look::state)
+      .def_ro("q", &Look::q, "measured (n_q)")
+      .def_ro("q_plan", &Look::q_plan, "as planned for this moment; where nothing is planned as measured (n_q)")
+      .def_ro("u", &Look::u, "commands (n_a) [rad or m]")
+      .def_ro("piece", &Look::piece, "index into RunResult.pieces; -1 before the first")
+      .def_ro("plans", &Look::plans, "so far")
+      .def_ro("goal_share", &Look::goal_share, "how far the object is from the goal, in its tolerances")
+      .def_ro("torque", &Look::torque,
+              "of the motors, of each the largest since the sample before (n_a) [N m or N]; empty of a plant of one's own")
+      .def_ro("forces", &Look::forces, "by pair; empty of a plant of one's own");
   nb::class_<RunPlan>(m, "RunPlan", "One call of the planner.")
       .def_ro("time", &RunPlan::time, "of the run, when it was asked [s]")
       .def_ro("wall_s", &RunPlan::wall_s, "that it took")
@@ -202,7 +242,7 @@ void bind_run(nb::module_& m) {
         "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
         "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate,
         "plan_step_time_s"_a = nb::none(), "active_hold"_a = standard.active_hold, "join"_a = standard.join,
-        "finger_gait"_a = standard.finger_gait, "on_progress"_a = nb::none(),
+        "finger_gait"_a = standard.finger_gait, "on_progress"_a = nb::none(), "on_sample"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
@@ -227,14 +267,14 @@ void bind_run(nb::module_& m) {
   join: before the planner searches, the plan before is gone on with, where that leads to the goal.
   finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
-    run, and the robot holds.
+    run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
 
 status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.
 
     >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
     >>> run.end, run.reached
     (RunEnd.TimeUp, False))");
-  def_pickle<RunPlan, RunPiece, RunOutcome>();
+  def_pickle<Look, RunPlan, RunPiece, RunOutcome>();
 }
 
 }  // namespace stiction::python

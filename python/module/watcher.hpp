@@ -27,17 +27,25 @@ class Watcher {
     if (error_) std::rethrow_exception(error_);
   }
 
- private:
-  void see(const core::Progress& progress) {
+  /// Calls something of the caller's under Python's lock; an error in it, or Ctrl-C, stops the run.
+  template <class Call>
+  void ask(const Call& call) {
     if (error_) return;
     const nb::gil_scoped_acquire locked;
     try {
       if (PyErr_CheckSignals() != 0) throw nb::python_error();
-      if (callback_ && is_false((*callback_)(progress))) cancel_.store(true);
+      call();
     } catch (...) {
       error_ = std::current_exception();
       cancel_.store(true);
     }
+  }
+
+ private:
+  void see(const core::Progress& progress) {
+    ask([&] {
+      if (callback_ && is_false((*callback_)(progress))) cancel_.store(true);
+    });
   }
 
   const Callback& callback_;

@@ -94,6 +94,48 @@ def test_what_is_shown_is_followed_on_the_way(task: st.Task, write: Callable[...
     assert done.start_moved[0] < 2e-3
 
 
+def test_half_steps_lead_where_full_ones_do(task: st.Task, write: Callable[..., Path]) -> None:
+    """`check` takes half steps; commands are chosen so that what was shown lies between both, which is seen here without `check`."""
+    shown = noisy(st.read_demonstration(write(), task), task)
+    done = st.repair(task, shown)
+    plan, commands = done.plan, np.asarray(done.plan.u)
+    halves = np.empty((2 * len(commands) - 2, commands.shape[1]))
+    halves[0::2], halves[1::2] = 0.5 * (commands[:-1] + commands[1:]), commands[1:]
+    fine = plan.task.with_(start=plan.q[0]).follow(halves, u_start=commands[0])
+    assert done.planned_from is None, "it is followed all the way"
+    for end in (plan, fine):
+        assert end.error.position <= task.goal.tol_position and end.error.angle <= task.goal.tol_angle
+
+
+def test_planner_goes_on_where_the_object_is_lost(task: st.Task, write: Callable[..., Path]) -> None:
+    """Arms that close into the ball throw it out of the hand: joints have to go other ways, and the plan says from when on."""
+    shown = st.read_demonstration(write(), task)
+    closing = np.array([1, 0, -1, 0])
+    far = np.clip(shown.joints + 0.2 * closing * np.minimum(1, shown.time / shown.time[-1] * 4)[:, None], task.model.lower, task.model.upper)
+    done = st.repair(task, replace(shown, joints=far, commands=None))
+    assert done.holds and st.check_plan(done.plan).pass_
+    assert done.planned_from is not None and 0 <= done.planned_from < shown.time[-1]
+    assert any(sentence.startswith(f"from {done.planned_from:.2f} s on joints go other ways") for sentence in done.sentences())
+    assert done.position_error[-1] <= task.goal.tol_position and done.angle_error[-1] <= task.goal.tol_angle
+
+
+def test_noise_of_single_frames_is_smoothed_and_a_straight_motion_stays(task: st.Task, write: Callable[..., Path]) -> None:
+    from stiction.demonstrations import _calm, _smooth
+
+    time = np.sort(np.random.default_rng(3).uniform(0, 2, 90))
+    line = np.column_stack([1 + 2 * time, -time])
+    np.testing.assert_allclose(_smooth(time, line), line, atol=1e-9, err_msg="also at its ends, and between times that are not equal")
+    noise = np.random.default_rng(4).normal(0, 0.01, line.shape)
+    assert np.abs(_smooth(time, line + noise) - line).std() < 0.5 * noise.std()
+    assert _calm(st.read_demonstration(write(), task)).notes == [], "a plan does not shake"
+    time = np.linspace(0, 6, 181)
+    still = np.sin(time)[:, None] * [0.3, -0.2, 0.1, 0.3] + task.q_start[-4:]
+    poses = np.tile([0, 0, 0.35, 0, 0, 0, 1.0], (181, 1, 1))
+    calm = _calm(Demonstration(time, still + np.random.default_rng(5).normal(0, 0.01, still.shape), None, poses))
+    assert calm.notes == ["joints shake from one time to the next: everything is smoothed over 0.16 s"]
+    assert np.abs(calm.joints - still).std() < 0.005 and np.allclose(calm.poses, poses), "less than half of the noise is left"
+
+
 def test_demonstration_without_a_hold_is_not_called_complete() -> None:
     """A ball that floats away from the hand: no command makes it."""
     ball = st.load_task("allegro_ball")

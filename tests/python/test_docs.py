@@ -106,6 +106,7 @@ SENTENCES_OF_GUIDES: list[str] = [
     "docs/options.md",
     "docs/plan_file.md",
     "docs/roadmap.md",
+    "docs/streams.md",
     "docs/sweeps.md",
 ]
 

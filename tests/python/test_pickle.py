@@ -28,7 +28,7 @@ VALUES = """
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof ErrorSets Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth GuardedMoveResult GuardedResult IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
     PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
-    RobotLink RolloutBatch RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
+    RobotLink RolloutBatch RolloutResult RunPiece RunPlan RunResult RunSample Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
     TransferResult TreeNode TubeRest TubeResult WorldError
 """.split()
@@ -161,6 +161,12 @@ def first(values: Any) -> Any:
     return values[0]
 
 
+def last_sample() -> Any:
+    samples: list[Any] = []
+    st.run(task(), seed=0, duration=3, on_sample=samples.append)
+    return samples[-1]
+
+
 MAKE: dict[str, Callable[[], Any]] = {
     "Analytic": lambda: st.Analytic(kappa=7, self_sharpness=2),
     "BaseWrench": lambda: st.BaseWrench(force_W=[1, 2, 3], moment_W=[4, 5, 6]),
@@ -225,6 +231,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "RunPiece": lambda: first(MAKE["RunResult"]().pieces),
     "RunPlan": lambda: first(MAKE["RunResult"]().plans),
     "RunResult": lambda: st.run(task(), seed=0, duration=3),
+    "RunSample": last_sample,
     "Scene": lambda: task().model.scene,
     "SecondOrderCone": lambda: st.SecondOrderCone(),
     "Segment": lambda: planned().plan[0],

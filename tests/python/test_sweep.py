@@ -164,6 +164,9 @@ def test_parquet_holds_the_rows(starts: Path, tmp_path: Path) -> None:
     rows = st.sweep("planar_pushing", seeds=2, out=tmp_path / "sweep.parquet", run=Writes(str(starts)))
     table = parquet.read_table(tmp_path / "sweep.parquet").to_pylist()
     assert [(r["seed"], r["value"]) for r in table] == [(r["seed"], r["value"]) for r in rows]
+    from stiction.sweeps import read_table
+
+    assert read_table(tmp_path / "sweep.parquet") == rows, "lists, dicts and empty cells too"
 
 
 def test_the_program_sweeps_as_the_library_does(stiction, tmp_path: Path) -> None:

@@ -46,6 +46,9 @@ inside: bool = st.calc_tube(plan, st.ErrorSets(friction=0.2), factors=(1.2, 1.1)
 reached = st.transfer(plan, mass_scale=st.draw_world(plan, index=3).mass, start_error=np.zeros(3)).reached
 best = st.solve(task, friction=[0.7, 1.0]).best.plan
 end: st.RunEnd = st.run(plan, pose_noise=(0.001, 0.01)).end
+with st.stream(plan, foxglove=0, rerun=Path("plan.rrd")) as stream:
+    length: float = stream.play(speed=0.5)
+    end = st.run(task, on_sample=stream).end
 cost: float = st.optimize(task, iterations=3).cost.total
 page: Path | None = st.view(plan, html="plan.html")
 rows: list[dict[str, object]] = list(st.sweep("planar_pushing", seeds=3, friction=[1.0], options={"goal_bias": [0.3]}))

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from ._benchmark_tasks import WHEELS, Entry, find_packages, select, to_yaml
 from ._core import InvalidInput, PlannerOptions, PlanResult, Progress as PlanProgress, RunResult, Status, Task, load_task, plan, run, version
 from ._files import require_folder, write_whole
-from ._jobs import Local
+from ._jobs import Local, Ray
 from ._table import read_rows, to_cell
 from .sweeps import Case, Progress, Stopwatch, judge, run_cases
 
@@ -163,7 +163,7 @@ def versions(packages: Mapping[str, Path]) -> dict[str, str]:
 
 def benchmark(
     words: Iterable[str], *, seeds: Iterable[int], out: Path, scenes: Path | None, run: BenchmarkRun, processes: int | None = None,
-    on_progress: Callable[[Progress], object] | None = None,
+    ray: str | None = None, on_progress: Callable[[Progress], object] | None = None,
 ) -> tuple[list[dict[str, Any]], list[Entry]]:  # fmt: skip
     """The rows of the table `out`, those that were there included, and the tasks whose package is missing. Raises InvalidInput."""
     entries = select(words)
@@ -186,4 +186,4 @@ def benchmark(
         "duration_s": run.duration_s,
     }
     cases = [Case(entry.name, {}, seed) for seed in seeds for entry in written]
-    return run_cases(out, spec, run, cases, lambda: Local(processes, run.limit_s), on_progress), missing
+    return run_cases(out, spec, run, cases, lambda: Local(processes, run.limit_s) if ray is None else Ray(ray, processes, run.limit_s), on_progress), missing

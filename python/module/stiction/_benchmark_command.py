@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import sys
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from . import _command
 from ._benchmark_page import summarise, write_page
 from ._benchmark_tasks import ENTRIES, SETS, find_packages
 from ._files import write_whole
+from ._jobs import Vanished
 from ._sweep_command import Line, read_seeds
 from ._benchmark import BenchmarkRun, benchmark, versions
 from .sweeps import read_seeds as list_seeds
@@ -33,6 +35,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--run-budget", type=_command.positive, metavar="S", default=DEFAULT.run_budget_s, help="... of a run with its plans [s] (default: %(default)g)")
     parser.add_argument("--duration", type=_command.positive, metavar="S", default=DEFAULT.duration_s, help="of a run by the clock of the plant [s] (default: %(default)g)")
     parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="at a time, of one thread each (default: one per core)")
+    parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local; its machines have the packages and FOLDER at the same paths")
     parser.add_argument("-o", "--out", type=Path, default=Path("benchmark"), metavar="FOLDER", help="for tasks, results.csv and benchmark.md (default: %(default)s)")
     parser.add_argument("--parquet", action="store_true", help="results.parquet as well")
     parser.add_argument("--list", action="store_true", help="print the tasks, and run nothing")
@@ -43,17 +46,21 @@ def main(words: Sequence[str]) -> int:
     parsed = make_parser().parse_args(words)
     if parsed.list:
         return list_tasks(parsed)
-    run = BenchmarkRun(str(parsed.out / "tasks"), parsed.plan_budget, parsed.run_budget, parsed.duration)
+    run = BenchmarkRun(str(parsed.out.resolve() / "tasks"), parsed.plan_budget, parsed.run_budget, parsed.duration)
     table = parsed.out / ("results.parquet" if parsed.parquet else "results.csv")
     line = Line()
     try:
-        rows, missing = benchmark(
-            parsed.words, seeds=list_seeds(read_seeds(parsed.seeds)), out=table, scenes=parsed.scenes, run=run, processes=parsed.processes, on_progress=line
-        )
+        with contextlib.redirect_stdout(sys.stderr):  # Ray writes its errors to stdout
+            rows, missing = benchmark(
+                parsed.words, seeds=list_seeds(read_seeds(parsed.seeds)), out=table, scenes=parsed.scenes, run=run, processes=parsed.processes, ray=parsed.ray, on_progress=line
+            )
     except KeyboardInterrupt:
         line.end()
         _command.say(f"stiction: interrupted; the rows so far are in {table}, the same command goes on", sys.stderr)
         return _command.INTERRUPTED
+    except Vanished as error:
+        line.end()
+        return _command.fail(words, _command.INTERNAL_ERROR, "Error", f"{error}; the rows so far are in {table}, the same command goes on")
     line.end()
     page = parsed.out / "benchmark.md"
     text = write_page(rows, versions(find_packages(parsed.scenes)), dataclasses.asdict(run), missing)

@@ -2819,6 +2819,69 @@ class RunEnd(enum.Enum):
     Silent = 7
     """the plant does not answer"""
 
+class RunState(enum.Enum):
+    """What a run does at a moment."""
+
+    Hold = 0
+    """commands rest: something settles, or the goal has to hold"""
+
+    Push = 1
+    """the robot pushes"""
+
+    Regrasp = 2
+    """the robot moves to new contacts"""
+
+    Replan = 3
+    """commands rest while the planner works"""
+
+class RunSample:
+    """What is seen and decided at one look of a run."""
+
+    @property
+    def time(self) -> float:
+        """since the start of the run [s]"""
+
+    @property
+    def state(self) -> RunState: ...
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """measured (n_q)"""
+
+    @property
+    def q_plan(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """as planned for this moment; where nothing is planned as measured (n_q)"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """commands (n_a) [rad or m]"""
+
+    @property
+    def piece(self) -> int:
+        """index into RunResult.pieces; -1 before the first"""
+
+    @property
+    def plans(self) -> int:
+        """so far"""
+
+    @property
+    def goal_share(self) -> float:
+        """how far the object is from the goal, in its tolerances"""
+
+    @property
+    def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        of the motors, of each the largest since the sample before (n_a) [N m or N]; empty of a plant of one's own
+        """
+
+    @property
+    def forces(self) -> list[PairForce]:
+        """by pair; empty of a plant of one's own"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
 class RunPlan:
     """One call of the planner."""
 
@@ -3055,7 +3118,7 @@ class RunResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, finger_gait: bool = True, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
+def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, finger_gait: bool = True, on_progress: Callable[[Progress], bool | None] | None = None, on_sample: Callable[[RunSample], None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
@@ -3081,7 +3144,7 @@ def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOpt
       join: before the planner searches, the plan before is gone on with, where that leads to the goal.
       finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
       on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
-        run, and the robot holds.
+        run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
 
     status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.
 

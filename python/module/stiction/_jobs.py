@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import multiprocessing
 import multiprocessing.connection
 import os
+import re
 import signal
 import socket
 import sys
@@ -17,12 +19,16 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, Protocol
 
-from ._core import InvalidInput
+from ._core import InvalidInput, version
 from ._extras import require
 
 ATTEMPTS = 2
+MOST_ATTEMPTS = 6  # of a job whose machines go away
 ANSWER_S = 5.0  # in which a cluster answers
 LOOK_S = 0.2  # between looks for Ctrl-C
+CLUSTER_LOOK_S = 2.0  # ... for the cluster
+SILENCE_S = 10.0  # after which a cluster that does not answer is gone; Ray itself ends this process after a minute
+PROBE_S = 120.0  # in which a machine of a cluster loads the package
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,15 @@ class Died:
     """The process of a job ended without a result."""
 
     message: str
+
+
+@dataclass(frozen=True)
+class Lost(Died):
+    """The machine of a job is gone: another one tries it, and its attempts do not count."""
+
+
+class Vanished(RuntimeError):
+    """A cluster does not answer any more; jobs that were not done are not lost, but not done."""
 
 
 @dataclass(frozen=True)
@@ -77,20 +92,21 @@ def _interrupt_noted() -> Iterator[threading.Event]:
 
 def run_all(backend: Backend, function: Callable[[Any], Any], jobs: Iterable[Any]) -> Iterator[tuple[Any, int, Any]]:
     """(job, attempts, result) as jobs end; a result may be Failed, Stopped, or Died where it died at every attempt."""
-    waiting = deque((job, 1) for job in jobs)
-    running: dict[Any, tuple[Any, int]] = {}
+    waiting = deque((job, 1, ATTEMPTS) for job in jobs)
+    running: dict[Any, tuple[Any, int, int]] = {}
     with _interrupt_noted() as interrupted:
         try:
             while waiting or running:
                 if interrupted.is_set():
                     raise KeyboardInterrupt
                 while waiting and len(running) < backend.capacity:
-                    job, attempt = waiting.popleft()
-                    running[backend.start(function, job)] = (job, attempt)
+                    job, attempt, allowed = waiting.popleft()
+                    running[backend.start(function, job)] = (job, attempt, allowed)
                 for handle, result in backend.wait(list(running)):
-                    job, attempt = running.pop(handle)
-                    if isinstance(result, Died) and attempt < ATTEMPTS:
-                        waiting.appendleft((job, attempt + 1))
+                    job, attempt, allowed = running.pop(handle)
+                    allowed = min(allowed + isinstance(result, Lost), MOST_ATTEMPTS)
+                    if isinstance(result, Died) and attempt < allowed:
+                        waiting.appendleft((job, attempt + 1, allowed))
                     else:
                         yield job, attempt, result
         finally:
@@ -172,10 +188,17 @@ def _path_inherited() -> Iterator[None]:
             os.environ["PYTHONPATH"] = before
 
 
+def _version() -> str:
+    return version()
+
+
 class Ray:
     """Tasks of one processor each on the cluster at an address; `local` starts one on this machine."""
 
-    def __init__(self, address: str, processes: int | None = None) -> None:
+    def __init__(self, address: str, processes: int | None = None, limit_s: float | None = None) -> None:
+        """limit_s: as of Local. Raises InvalidInput: no cluster answers, or its machines do not have this package; MissingExtra."""
+        self._limit_s = limit_s
+        self._late: dict[Any, float] = {}  # when a job will have used up its time
         self._ray = ray = require("ray", "ray", "ray")
         _require_answer(address)
         place = {"num_cpus": processes} if address == "local" else {}
@@ -184,26 +207,93 @@ class Ray:
                 ray.init(address=address, log_to_driver=False, include_dashboard=False if place else None, **place)
         except (ConnectionError, TimeoutError) as error:
             raise InvalidInput(f"ray: got '{address}', where no cluster answers ({' '.join(str(error).split())})") from None
+        self._address, self._looked = address, time.monotonic()
+        self._heard = self._looked  # when the cluster was last seen to be able to carry out a job
+        self._gone = False
+        try:
+            self._require_package()
+        except BaseException:
+            ray.shutdown()
+            raise
         self.capacity = processes or int(ray.cluster_resources().get("CPU", 1))
         self._remote = ray.remote(num_cpus=1, max_retries=0)(carry_out)
 
+    def _require_package(self) -> None:
+        """Raises InvalidInput: a machine of the cluster lacks this package, or has another version; all runs would die there."""
+        ray = self._ray
+        on_node = ray.util.scheduling_strategies.NodeAffinitySchedulingStrategy
+        probe = ray.remote(num_cpus=0, max_retries=1)(_version)
+        nodes = {node["NodeID"]: node["NodeManagerHostname"] for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU", 0) >= 1}
+        probes = {name: probe.options(scheduling_strategy=on_node(number, soft=False)).remote() for number, name in nodes.items()}
+        for name, handle in probes.items():
+            try:
+                found = ray.get(handle, timeout=PROBE_S)
+            except ray.exceptions.RayError as error:
+                if (missing := re.search(r"No module named '[\w.]+'", str(error))) is None:
+                    continue  # it is gone, or busy: jobs that come to it are tried elsewhere
+                raise InvalidInput(f"ray: got '{self._address}', whose machine {name} cannot load stiction ({missing[0]}), expected stiction {version()} on every machine") from None
+            if found != version():
+                raise InvalidInput(f"ray: got '{self._address}', whose machine {name} has stiction {found}, expected {version()} on every machine")
+
     def start(self, function: Callable[[Any], Any], job: Any) -> Any:
-        return self._remote.remote(function, job)
+        handle = self._remote.remote(function, job)
+        if self._limit_s is not None:
+            self._late[handle] = time.monotonic() + self._limit_s
+        return handle
 
     def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]:
+        """Raises Vanished."""
+        errors = self._ray.exceptions
         ready, _ = self._ray.wait(handles, timeout=LOOK_S)
         out = []
         for handle in ready:
             try:
                 out.append((handle, self._ray.get(handle)))
-            except self._ray.exceptions.RayError as error:
-                out.append((handle, Died(" ".join(str(error).split())[:200])))
-        return out
+            except errors.LocalRayletDiedError:
+                raise self._vanished("its process on this machine has ended") from None
+            except errors.NodeDiedError as error:
+                out.append((handle, Lost(_one_line(error))))
+            except errors.RayError as error:
+                out.append((handle, Died(_one_line(error))))
+        self._look()
+        return out + self._stop_late([handle for handle in handles if handle not in ready])
+
+    def _stop_late(self, running: list[Any]) -> list[tuple[Any, Any]]:
+        now = time.monotonic()
+        late = [handle for handle in running if now > self._late.get(handle, math.inf)]
+        for handle in late:
+            self._ray.cancel(handle, force=True)
+        return [(handle, Stopped(f"its process was ended after {self._limit_s:g} s")) for handle in late]
+
+    def _look(self) -> None:
+        """Every now and then: does the head answer, and is there a machine that carries out jobs? Raises Vanished."""
+        now = time.monotonic()
+        if now - self._looked < CLUSTER_LOOK_S:
+            return
+        self._looked = now
+        host, _, port = self._ray.get_runtime_context().gcs_address.rpartition(":")
+        try:
+            socket.create_connection((host, int(port)), timeout=CLUSTER_LOOK_S).close()
+            answers, able = True, self._ray.cluster_resources().get("CPU", 0) >= 1
+        except OSError:
+            answers = able = False
+        if able:
+            self._heard = now
+        elif now - self._heard > SILENCE_S:
+            raise self._vanished("no machine of it is left" if answers else f"its head does not answer for {SILENCE_S:g} s")
+
+    def _vanished(self, why: str) -> Vanished:
+        self._gone = True
+        return Vanished(f"ray: the cluster at {self._address} has vanished: {why}")
 
     def close(self, handles: Iterable[Any]) -> None:
-        for handle in handles:
+        for handle in handles if not self._gone else ():
             self._ray.cancel(handle, force=True)
         self._ray.shutdown()
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(re.sub(r"\x1b\[\d*m", "", str(error)).split())[:200]
 
 
 def _require_answer(address: str) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 
 from . import _command
 from ._core import OPEN_LOOP_SPEED, InvalidInput
+from ._jobs import Vanished
 from ._table import to_cell
 from .sweeps import PlanRun, Progress, sweep
 
@@ -188,11 +189,15 @@ def main(words: Sequence[str]) -> int:
     parsed = make_parser().parse_args(words)
     line = Line()
     try:
-        rows = sweep(**arguments_of(parsed), out=parsed.out, processes=parsed.processes, ray=parsed.ray, on_progress=line)
+        with contextlib.redirect_stdout(sys.stderr):  # Ray writes its errors to stdout
+            rows = sweep(**arguments_of(parsed), out=parsed.out, processes=parsed.processes, ray=parsed.ray, on_progress=line)
     except KeyboardInterrupt:
         line.end()
         _command.say(f"stiction: interrupted; the rows so far are in {parsed.out}, the same command goes on", sys.stderr)
         return _command.INTERRUPTED
+    except Vanished as error:
+        line.end()
+        return _command.fail(words, _command.INTERNAL_ERROR, "Error", f"{error}; the rows so far are in {parsed.out}, the same command goes on")
     line.end()
     results = summarise(rows)
     died = sum(result["died"] for result in results)

@@ -38,7 +38,10 @@ def to_line(cells: Sequence[str]) -> str:
 
 
 def read_rows(file: Path) -> list[dict[str, Any]]:
-    """The rows of a CSV file, without a last one that was not written to its end."""
+    """The rows of a Parquet file, or of a CSV file, without a last one that was not written to its end. Raises MissingExtra."""
+    if file.suffix == ".parquet":
+        rows = require("parquet", "a file of type Parquet", "pyarrow.parquet").read_table(file).to_pylist()
+        return [{name: from_cell(value) if isinstance(value, str) else value for name, value in row.items()} for row in rows]
     text = file.read_bytes().decode("utf-8")
     whole = io.StringIO(text[: text.rfind("\n") + 1], newline="")
     return [{name: from_cell(cell) for name, cell in row.items()} for row in csv.DictReader(whole)]

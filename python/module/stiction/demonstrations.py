@@ -8,14 +8,14 @@ import os
 import re
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import _command
-from ._core import DofKind, InvalidInput, Model, Plan, Status, Task, check_plan, load_task, optimize
+from ._core import DofKind, InvalidInput, Model, Plan, Status, Task, check_plan, load_task, optimize, plan, refine
 from ._files import require_folder
 from .exports import POSE, poses_of_objects
 
@@ -24,6 +24,8 @@ ANGLES = {"rad": 1.0, "deg": math.pi / 180}
 FAST_OBJECT, FAST_TURN, FAST_REVOLUTE, FAST_PRISMATIC = 5.0, 50.0, 20.0, 5.0  # no hand moves faster [m/s], [rad/s]: such a change is a jump
 STEP_REVOLUTE, STEP_PRISMATIC = 0.03, 0.01  # of a command between two times of a reference [rad], [m]
 MOST_TIMES = 2000
+SHAKING = 1.5  # times the way of joints that are smoothed: they shake
+SMOOTHING_S = 0.08  # standard deviation of the weights of what is smoothed [s]
 WINDOW, KEPT = 16, 4  # times that are optimised at once, and of these the ones that are kept
 ITERATIONS = 6
 SETTLING = 20  # steps that the object has to come to rest at the start
@@ -32,6 +34,12 @@ KAPPA = 300.0  # of the smoothed models [1/J]
 LOST = 20.0  # an object that is so many tolerances from where it was shown does not come back
 FINENESS = (1, 2, 4)  # parts of a largest move that are tried, until the check accepts the plan
 BOUND = 0.2  # of a command from its joint [rad or m]
+NEAR = 1.5  # tolerances that an object may be off where the planner goes on
+KEYFRAME = 8.0  # tolerances by which an object moves between two poses that the planner brings it to
+PLANS = 3  # to one pose
+PLAN_S = 10.0  # for one of them [s]
+ARRIVED = 0.8  # of a tolerance
+HALF = 0.5  # of a demonstration: an object that is lost before is lost in finer steps as well
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,7 @@ class Repair:
     start_moved: tuple[float, float]  # by which the object came to rest at the start [m], [rad]
     complete: bool  # the plan follows the demonstration to its end
     accepted: bool  # by check_plan(), which simulates it in half the steps
+    planned_from: float | None  # time from which the planner brought the object where it was shown, and joints went their own ways [s]
     wall_s: float
 
     @property
@@ -66,10 +75,10 @@ class Repair:
         return self.complete and self.plan.status == Status.Solved and self.accepted
 
     @property
-    def rank(self) -> tuple[bool, bool, float]:
+    def rank(self) -> tuple[bool, bool, float, float]:
         """Less is better."""
         goal = self.plan.task.goal
-        return not self.holds, not self.complete, self.plan.error.position / goal.tol_position + self.plan.error.angle / goal.tol_angle
+        return not self.holds, not self.complete, -float(self.times[-1]), self.plan.error.position / goal.tol_position + self.plan.error.angle / goal.tol_angle
 
     def sentences(self) -> list[str]:
         """What had to change."""
@@ -77,6 +86,8 @@ class Repair:
         out = list(self.demonstration.notes)
         if self.start_moved[0] > 1e-4 or self.start_moved[1] > 1e-3:
             out.append(f"at the start the object moves by {1e3 * self.start_moved[0]:.1f} mm and {self.start_moved[1]:.3f} rad until it rests on what touches it")
+        if self.planned_from is not None:
+            out.append(f"from {self.planned_from:.2f} s on joints go other ways, planned from one pose of the object to the next: near what was shown the object is lost")
         worst = int(np.argmax(self.joint_change))
         out.append(f"joints change by up to {self.joint_change[worst]:.3f} rad or m, the most at {self.times[worst]:.2f} s")
         worst = int(np.argmax(self.position_error / goal.tol_position + self.angle_error / goal.tol_angle))
@@ -284,23 +295,79 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
     Raises InvalidInput.
     """
     begin = clock.monotonic()
+    demonstration = _calm(demonstration)
     best: Repair | None = None
+    going_on = True
+
+    def left() -> float:
+        return timeout_s - (clock.monotonic() - begin)
+
+    def tell(followed: _Follower) -> None:
+        nonlocal going_on
+        going_on = on_progress is None or on_progress(followed.share) is not False
+
+    def plan_on(reference: _Reference, followed: _Follower) -> None:
+        nonlocal best
+        if best is None or best.holds or not going_on or left() < 0 or not followed.cut():
+            return
+        for index in followed.keyframes():
+            if going_on and left() > 0 and followed.plan_to(index, left()):
+                tell(followed)
+        best = _better(best, _result(reference, followed, demonstration, clock.monotonic() - begin))
+
+    tracked: list[tuple[_Reference, _Follower]] = []
+    finest: _Reference | None = None
     for fineness in FINENESS:
-        if best is not None and clock.monotonic() - begin > timeout_s:
-            break
         reference = _Reference(task, demonstration, fineness)
-        followed = _Follower(reference, threads)
-        going_on = True
-        while going_on and not followed.ended and clock.monotonic() - begin < timeout_s:
-            followed.go_on(timeout_s - (clock.monotonic() - begin))
-            going_on = on_progress is None or on_progress(followed.share) is not False
-        tried = _result(reference, followed, demonstration, clock.monotonic() - begin)
-        if best is None or tried.rank < best.rank:
-            best = tried
-        if best.holds or not going_on:
+        if best is not None and (best.holds or not going_on or left() < 0 or finest is None or len(reference.q) == len(finest.q)):
             break
+        finest, followed = reference, _Follower(reference, threads)
+        while going_on and not followed.ended and left() > 0:
+            followed.go_on(left())
+            tell(followed)
+        best = _better(best, _result(reference, followed, demonstration, clock.monotonic() - begin))
+        if followed.share_near < HALF:  # finer steps would lose it as well
+            plan_on(reference, followed)
+        else:
+            tracked.append((reference, followed))
+    for reference, followed in tracked:  # the planner goes on where the object was lost
+        plan_on(reference, followed)
     assert best is not None
     return best
+
+
+def _better(best: Repair | None, tried: Repair) -> Repair:
+    return tried if best is None or tried.rank < best.rank else best
+
+
+def _calm(demonstration: Demonstration) -> Demonstration:
+    """Without the noise of single frames, where joints go back and forth much more than forward; else as it is."""
+    smooth = _smooth(demonstration.time, demonstration.joints)
+
+    def way(joints: np.ndarray) -> float:
+        return float(np.abs(np.diff(joints, axis=0)).sum())
+
+    if way(demonstration.joints) <= SHAKING * way(smooth):
+        return demonstration
+    poses = _smooth(demonstration.time, demonstration.poses.reshape(len(demonstration.time), -1)).reshape(demonstration.poses.shape)
+    poses[..., 3:] /= np.linalg.norm(poses[..., 3:], axis=2, keepdims=True)
+    note = f"joints shake from one time to the next: everything is smoothed over {2 * SMOOTHING_S:.2f} s"
+    commands = None if demonstration.commands is None else _smooth(demonstration.time, demonstration.commands)
+    return replace(demonstration, joints=smooth, poses=poses, commands=commands, notes=[*demonstration.notes, note])
+
+
+def _smooth(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """At each time the line that fits the values around it best; a motion that is straight stays as it is, also at its ends."""
+    out = np.empty_like(values)
+    for k, t in enumerate(time):
+        first, last = np.searchsorted(time, [t - 3 * SMOOTHING_S, t + 3 * SMOOTHING_S])
+        x = time[first:last] - t
+        w = np.exp(-0.5 * (x / SMOOTHING_S) ** 2)
+        s0, s1, s2 = w.sum(), (w * x).sum(), (w * x * x).sum()
+        share = s0 * s2 - s1 * s1
+        weights = w * (s2 - s1 * x) / share if share > 1e-9 * s0 * s2 and len(x) > 2 else w / s0
+        out[k] = weights @ values[first:last]
+    return out
 
 
 class _Reference:
@@ -325,8 +392,7 @@ class _Reference:
         for pose, q in zip(poses[1:], joints[1:]):
             states.append(_configuration(model, states[-1], pose, q))
         self.q = np.vstack(states)
-        info = model.objects[task.goal.object]
-        self.task = task.with_(start=self.q[0], goal=_goal_numbers(self.q[-1], poses[-1, task.goal.object], info))
+        self.task = task.with_(start=self.q[0], goal=_goal_of(task, self.q[-1]))
 
 
 def _configuration(model: Model, near: np.ndarray, poses: np.ndarray, joints: np.ndarray) -> np.ndarray:
@@ -368,29 +434,50 @@ def rotation_matrix(xyzw: np.ndarray) -> np.ndarray:
     )
 
 
-def _goal_numbers(q: np.ndarray, pose: np.ndarray, info: Any) -> np.ndarray:
+def _goal_of(task: Task, q: np.ndarray) -> np.ndarray:
     """What a task takes as the goal for where its object is at q."""
+    info = task.model.objects[task.goal.object]
     if info.n_q != 7:
         return q[info.q_begin : info.q_begin + info.n_q]
-    R = rotation_matrix(pose[3:])
+    pose = task.model.object_pose(q, info.name)
+    R = pose.R
     pitch = math.asin(float(np.clip(-R[2, 0], -1, 1)))
-    return np.array([*pose[:3], math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
+    return np.array([*pose.p, math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
 
 
 class _Follower:
-    """Commands so far, and where they lead in the exact model."""
+    """Commands so far, and where they lead in the exact model, in full steps and, as `check` takes them, in half ones."""
 
     def __init__(self, reference: _Reference, threads: int) -> None:
         self._reference, self._task, self._threads = reference, reference.task, threads
-        self.commands = np.repeat(reference.commands[:1], SETTLING, axis=0)
-        settled = self._task.follow(self.commands)  # the object comes to rest on what touches it
-        self.states = settled.q[-1:]  # at the times of the reference so far
-        self._u = settled.u[-1]
-        self._failed = settled.status == Status.NumericalFailure
+        self.commands = np.empty((0, self._task.model.n_a))
+        self.states = self.halves = reference.q[:1]  # after each command
+        self.marks, self.indices = [0], [0]  # states at times of the reference, and which times
+        self._u = reference.commands[0]
+        self._failed = False
+        self.planned_from: int | None = None  # index of the reference from which the planner went on
+        for _ in range(SETTLING):  # the object comes to rest on what touches it
+            self._failed = self._failed or not self._carry_out(reference.commands[0])
+        self.marks = [len(self.states) - 1]
+
+    def _carry_out(self, command: np.ndarray) -> bool:
+        """Another command. False: a step has no solution."""
+        full = self._task.with_(start=self.states[-1]).follow(command[None], u_start=self._u)
+        half = self._task.with_(start=self.halves[-1]).follow(np.vstack([0.5 * (self._u + command), command]), u_start=self._u)
+        if Status.NumericalFailure in (full.status, half.status):
+            return False
+        self.commands, self._u = np.vstack([self.commands, command]), command
+        self.states, self.halves = np.vstack([self.states, full.q[-1:]]), np.vstack([self.halves, half.q[-1:]])
+        return True
+
+    def _mark(self, index: int) -> None:
+        """The last state is where the reference is at this index."""
+        self.marks.append(len(self.states) - 1)
+        self.indices.append(index)
 
     @property
     def at(self) -> int:
-        return len(self.states) - 1
+        return self.indices[-1]
 
     @property
     def ended(self) -> bool:
@@ -408,22 +495,104 @@ class _Follower:
         """Another window."""
         end = len(self._reference.q) - 1
         last = min(self.at + WINDOW, end)
-        window = self._reference.q[self.at : last + 1].copy()
-        window[0] = self.states[-1]
+        window = np.vstack([self.states[-1:], self._between(self._reference.q[self.at + 1 : last + 1])])
         guess = self._reference.commands[self.at + 1 : last + 1]
         found = optimize(self._task, section=self._section(len(guess)), reference=window, u_guess=guess, u_before=self._u, threads=self._threads, timeout_s=timeout_s)
         if not len(found.u):
             self._failed = True
             return
         for command in found.u if last == end else found.u[:KEPT]:
-            part = self._task.with_(start=self.states[-1]).follow(command[None], u_start=self._u)
-            if part.status == Status.NumericalFailure:
+            if not self._carry_out(command):
                 self._failed = True
                 return
-            self.commands, self.states, self._u = np.vstack([self.commands, command]), np.vstack([self.states, part.q[-1:]]), part.u[-1]
+            self._mark(self.at + 1)
         name, goal = self._task.model.object_names[self._task.goal.object], self._task.goal
         off = self._task.model.object_pose(self.states[-1], name).p - self._task.model.object_pose(self._reference.q[self.at], name).p
         self._failed = bool(np.linalg.norm(off) > LOST * goal.tol_position)
+
+    def _between(self, window: np.ndarray) -> np.ndarray:
+        """A window whose objects are moved by half of what half steps lead elsewhere, so that what was shown lies in the middle."""
+        model = self._task.model
+        apart = model.local(self.states[-1], self.halves[-1])
+        apart[model.n_vu :] = 0
+        return np.array([model.retract(q, -0.5 * apart) for q in window])
+
+    def _tolerances_off(self, q: np.ndarray, index: Any) -> np.ndarray:
+        """Of the object from the reference, (N)."""
+        goal = self._task.goal
+        position, angle = _off(self._task, q, np.atleast_2d(self._reference.q[index]))
+        return position / goal.tol_position + angle / goal.tol_angle
+
+    def _near(self) -> np.ndarray:
+        """Times of the reference up to which the object was near where it was shown, in full and in half steps, as indices into marks."""
+        off = np.maximum(*(self._tolerances_off(q[self.marks], self.indices) for q in (self.states, self.halves)))
+        return np.flatnonzero(off <= NEAR)
+
+    @property
+    def share_near(self) -> float:
+        """Of the demonstration, up to where the object was last near where it was shown."""
+        near = self._near()
+        return self.indices[int(near[-1])] / (len(self._reference.q) - 1) if len(near) else 0.0
+
+    def cut(self) -> bool:
+        """Back to the last time at which the object was near where it was shown, in full and in half steps, before anything that `check` refuses on the way.
+        False: it never was."""
+        first = self._first_refused()
+        near = [k for k in self._near() if self.marks[k] < first]
+        if not near:
+            return False
+        last = int(near[-1])
+        self.marks, self.indices = self.marks[: last + 1], self.indices[: last + 1]
+        self._take_back(self.marks[-1])
+        self._failed = False
+        return True
+
+    def _first_refused(self) -> float:
+        """The first knot of which `check` names a fault; infinite: none, or only where it ends."""
+        places = [re.search(r"segment 0, knot (\d+)", item.where) for item in check_plan(self._task.follow(self.commands)).items if not item.pass_]
+        return min((int(place[1]) for place in places if place is not None), default=math.inf)
+
+    def keyframes(self) -> list[int]:
+        """Times of the reference that are left, between which the object moves by some tolerances; its end is the last one."""
+        end, out, last = len(self._reference.q) - 1, [], self.at
+        for index in range(self.at + 1, end):
+            if self._tolerances_off(self._reference.q[index][None], last)[0] >= KEYFRAME:
+                out.append(index)
+                last = index
+        return [*out, end]
+
+    def plan_to(self, index: int, timeout_s: float) -> bool:
+        """Brings the object where it was shown at that time; joints go their own ways. False: it is not there."""
+        begin, enough = clock.monotonic(), 1.0 if index == len(self._reference.q) - 1 else NEAR
+        for attempt in range(PLANS):
+            left = min(PLAN_S, timeout_s - (clock.monotonic() - begin))
+            if left <= 0 or self._arrived(index) <= ARRIVED:
+                break
+            task = self._task.with_(goal=_goal_of(self._task, self._between(self._reference.q[index][None])[0]))
+            found = plan(task, q_start=self.states[-1], u_start=self._u, seed=attempt, threads=self._threads, timeout_s=left)
+            if found.status != Status.Solved:
+                continue
+            fine = refine(found.plan, threads=self._threads, timeout_s=left).plan  # in steps so small that half ones lead there as well
+            before, count = self._arrived(index), len(self.commands)
+            if not all(self._carry_out(command) for command in np.asarray(fine.u)[1:]) or self._arrived(index) >= before:
+                self._take_back(count)
+                continue
+            self.planned_from = self.at if self.planned_from is None else self.planned_from
+        if self._arrived(index) > enough:
+            return False
+        self._mark(index)
+        return True
+
+    def _take_back(self, count: int) -> None:
+        """To where so many commands have led."""
+        self.commands, self.states, self.halves = self.commands[:count], self.states[: count + 1], self.halves[: count + 1]
+        self._u = self.commands[-1]
+
+    def _arrived(self, index: int) -> float:
+        """The largest share of its tolerances by which the object is off, in full and in half steps."""
+        goal = self._task.goal
+        offs = [_off(self._task, q[-1:], self._reference.q[index][None]) for q in (self.states, self.halves)]
+        return max(max(position[0] / goal.tol_position, angle[0] / goal.tol_angle) for position, angle in offs)
 
     def _section(self, horizon: int) -> dict[str, Any]:
         """Objects in their tolerances, joints in largest moves."""
@@ -438,24 +607,31 @@ class _Follower:
 
 
 def _result(reference: _Reference, followed: _Follower, demonstration: Demonstration, wall_s: float) -> Repair:
-    task, model, count = reference.task, reference.task.model, len(followed.states)
-    name = model.object_names[task.goal.object]
-    is_at, was_at = model.object_poses(followed.states, name), model.object_poses(reference.q[:count], name)
-    angle = 2 * np.arccos(np.clip(np.abs(np.sum(is_at[:, 3:] * was_at[:, 3:], axis=1)), 0, 1))
-    position = np.linalg.norm(is_at[:, :3] - was_at[:, :3], axis=1)
-    plan = task.follow(followed.commands)
+    task, n_a = reference.task, reference.task.model.n_a
+    states, shown = followed.states[followed.marks], reference.q[followed.indices]
+    position, angle = _off(task, states, shown)
+    made = task.follow(followed.commands)
     return Repair(
-        plan=plan,
+        plan=made,
         demonstration=demonstration,
-        times=reference.times[:count],
+        times=reference.times[followed.indices],
         position_error=position,
         angle_error=angle,
-        joint_change=np.abs(followed.states[:, -model.n_a :] - reference.q[:count, -model.n_a :]).max(axis=1),
+        joint_change=np.abs(states[:, -n_a:] - shown[:, -n_a:]).max(axis=1),
         start_moved=(float(position[0]), float(angle[0])),
-        complete=count == len(reference.q) and not followed.failed,
-        accepted=check_plan(plan).pass_,
+        complete=followed.at == len(reference.q) - 1 and not followed.failed,
+        accepted=check_plan(made).pass_,
+        planned_from=None if followed.planned_from is None else float(reference.times[followed.planned_from]),
         wall_s=wall_s,
     )
+
+
+def _off(task: Task, q: np.ndarray, shown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far the object of the goal is at q from where it is at `shown` (N) [m], [rad]."""
+    name = task.model.object_names[task.goal.object]
+    is_at, was_at = task.model.object_poses(q, name), task.model.object_poses(shown, name)
+    angle = 2 * np.arccos(np.clip(np.abs(np.sum(is_at[:, 3:] * was_at[:, 3:], axis=1)), 0, 1))
+    return np.linalg.norm(is_at[:, :3] - was_at[:, :3], axis=1), angle
 
 
 def main(words: Sequence[str]) -> int:

@@ -265,7 +265,7 @@ def run_cases(
 
 
 def read_table(file: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """The rows of a table of sweep(), .csv; values are numbers, words, lists and dicts again."""
+    """The rows of a table of sweep(), .csv or .parquet; values are numbers, words, lists and dicts again."""
     return read_rows(Path(file))
 
 
