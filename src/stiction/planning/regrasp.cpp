@@ -184,9 +184,9 @@ std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask 
   if (!judge.simulated || !choose) return out;
   const std::size_t trials = std::min(static_cast<std::size_t>(threshold::kTrials), out.size());
   // Half of those that are simulated hold the object, where there are such: a local model knows little of what a grip is good for.
-  std::stable_partition(out.begin(), out.end(), [&, grips = trials / 2](const Candidate& candidate) mutable {
-    return candidate.u != candidate.q_a && grips > 0 && grips-- > 0;
-  });
+  std::size_t grips = 0;
+  std::stable_partition(out.begin(), out.end(),
+                        [&](const Candidate& candidate) { return candidate.u != candidate.q_a && grips < trials / 2 && ++grips > 0; });
   for (Candidate& candidate : std::span(out).first(trials)) {
     q.tail(candidate.q_a.size()) = candidate.q_a;
     candidate.promise.distance = judge.simulated(q, candidate.u, candidate.promise.command);
