@@ -3,6 +3,7 @@
 #include "planning/systems.hpp"
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/world/scales.hpp"
+#include "world/gripper.hpp"
 
 namespace stiction::planning::test {
 namespace {
@@ -132,11 +133,12 @@ TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
     std::vector<Eigen::VectorXd> drawn, simulated;
     const auto command = [&](std::size_t i) { return Eigen::VectorXd::Constant(4, static_cast<double>(i)); };
     GraspJudge judge;
-    judge.promise = [&](const Eigen::VectorXd& q) -> Promise {
+    judge.promise = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& holding) -> Promise {
+      EXPECT_EQ(holding, q.tail(4)) << "fingers that touch from one side press nothing";
       drawn.emplace_back(q.tail(4));
       return {-static_cast<double>(drawn.size()), command(drawn.size())};
     };
-    judge.simulated = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& u) {
+    judge.simulated = [&](const Eigen::VectorXd& q, const Eigen::VectorXd&, const Eigen::VectorXd& u) {
       simulated.emplace_back(q.tail(4));
       EXPECT_EQ(u, command(drawn.size() + 1 - simulated.size())) << "that of the promise";
       return -static_cast<double>(simulated.size());
@@ -150,6 +152,42 @@ TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
   }
   EXPECT_GT(counts.accepted, 10);
   EXPECT_GT(best_taken, counts.accepted * 3 / 4) << "the others had no path";
+}
+
+/// The cube weighs as much as friction holds with 1 N at each finger, and fingers that only touch it leave it on the ground.
+TEST(TryRegrasp, AGripperThatCloses_CanLift) {
+  const world::test::RobotFolder folder;
+  const auto model = world::test::make_gripper(folder, 0.2);
+  const PlannerOptions options;
+  const Eigen::VectorXd q = world::test::gripper_start(*model);
+  const Setting setting{{.model = model, .q_start = q, .goal = {}, .q_goal = {}}, options};
+  const core::RunControl control;
+  SimulationScratch scratch{model, control};
+  const auto lift = [&](Eigen::VectorXd at, Eigen::VectorXd u) {
+    dynamics::StepResult result;
+    scratch.steps.forget();
+    for (int k = 0; k < 50; ++k) {
+      u[2] += 1e-3;
+      EXPECT_EQ(dynamics::step(*model, {at, u}, setting.exact, scratch.steps, result), core::Status::Solved);
+      at = result.q_next;
+    }
+    return at[2] - q[2];
+  };
+  GraspJudge judge;
+  judge.sampler.pinch_probability = 1;
+  RegraspCounts counts;
+  int lifted = 0, by_touch = 0;
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    core::Random random(7, static_cast<std::uint64_t>(attempt));
+    Regrasp regrasp;
+    if (!try_regrasp(setting, q, q.tail(7), {setting.chains.all(), true}, judge, random, scratch, regrasp, counts)) continue;
+    const dynamics::Knot& end = regrasp.knots.back();
+    lifted += lift(end.q, end.u) > 0.045;
+    by_touch += lift(end.q, end.q.tail(7)) > 0.045;
+  }
+  EXPECT_GT(counts.accepted, 5);
+  EXPECT_GT(lifted, counts.accepted / 2);
+  EXPECT_EQ(by_touch, 0);
 }
 
 }  // namespace

@@ -126,9 +126,11 @@ bool sample_chain(const world::Model& model, const world::RobotChains& chains, c
   return false;
 }
 
-/// Two parts of a hand that `trunk` carries, on opposite sides of an object. @returns the branches; 0 where there are no such parts, or the draws were used up
+/// Two parts of a hand that `trunk` carries, on opposite sides of an object. @param press  added to: how far commands go beyond the posture (n_a)
+/// @returns the branches; 0 where there are no such parts, or the draws were used up
 world::ChainMask sample_pinch(const world::Model& model, const world::RobotChains& chains, const GenericSampler& options, int trunk,
-                              world::ChainMask draw, core::Random& random, Eigen::VectorXd& q, GeometryWorkspace& work) {
+                              world::ChainMask draw, core::Random& random, Eigen::VectorXd& q, Eigen::VectorXd& press,
+                              GeometryWorkspace& work) {
   const Eigen::VectorXd q_before = q;
   for (int attempt = 0; attempt < options.pinch_tries && !work.stop(); ++attempt) {
     const auto pinch = draw_pinch(model, chains, trunk, draw, options.touch, random, work.pairs);
@@ -139,7 +141,11 @@ world::ChainMask sample_pinch(const world::Model& model, const world::RobotChain
     Draw(model, options, joints, chains.object_pairs(trunk), q, work).draw(random, q);
     if (!close_pinch(model, chains, *pinch, trunk, random, q, work)) continue;
     update_kinematics(model, q, work);
-    if (Surroundings(chains, pinch->moved).are_clear(model, work)) return pinch->moved;
+    if (!Surroundings(chains, pinch->moved).are_clear(model, work)) continue;
+    const auto u = hold_pinch(model, *pinch, q, work);
+    if (!u) continue;
+    press += *u - q.tail(model.n_a());
+    return pinch->moved;
   }
   q = q_before;
   return 0;
@@ -179,14 +185,16 @@ std::optional<ContactSample> sample_contact(const world::Model& model, const wor
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return chains.depth(a) < chains.depth(b); });
 
   ContactSample sample;
+  Eigen::VectorXd press = Eigen::VectorXd::Zero(model.n_a());
   for (const int chain : order) {
     if (sample.moved >> chain & 1) continue;
-    sample.moved |= sample_pinch(model, chains, sampler, chain, draw, random, q, work);
+    sample.moved |= sample_pinch(model, chains, sampler, chain, draw, random, q, press, work);
     if (sample.moved >> chain & 1) continue;
     if (sample_chain(model, chains, sampler, chain, random, q, work)) sample.moved |= world::ChainMask{1} << chain;
   }
   if (sample.moved == 0) return std::nullopt;
   sample.q_a = q.tail(model.n_a());
+  sample.u = sample.q_a + press;
   return sample;
 }
 

@@ -24,6 +24,7 @@ struct GenericSampler {
 /// A robot posture that touches the object, and the branches for which one was found; the others are where they were.
 struct ContactSample {
   Eigen::VectorXd q_a;  ///< (n_a)
+  Eigen::VectorXd u;    ///< commands there: q_a, and beyond it where jaws hold a free object, as far as its weight needs (n_a)
   world::ChainMask moved = 0;
 };
 

@@ -5,7 +5,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "stiction/contact/gap_gradient.hpp"
@@ -19,13 +21,18 @@ namespace {
 constexpr int kJaws = 2;  // branches of a gripper at most
 constexpr int kReachSteps = 20;
 constexpr int kPatience = 4;         // steps in which the error has to become half as large: what is out of reach never does
-constexpr double kMaxStep = 0.5;     // per step and joint [rad, L]
+constexpr double kMaxStep = 0.5;     // per step and hinge [rad]
 constexpr double kThere = 0.1;       // error of the middle, as a share of the radius of what is held
 constexpr double kStraight = 0.02;   // error of the axis [rad]
 constexpr int kSwaps = 4;            // geometries of a jaw that take the place of another, since they stand out farther
+constexpr int kInTheWay = 3;         // pairs that are given room
+constexpr double kBlocked = 0.5;     // a pair that is nearer than this is in the way [contact tolerances of the robots]
 constexpr double kDamping = 1e-4;    // of a step, beside rows of order 1
 constexpr double kOffCentre = 0.5;   // the middle of a pinch is within this share of the radius around the middle of the geometry
-constexpr double kOfFriction = 0.5;  // share of the friction that the line between the two parts may use
+constexpr int kRounds = 3;           // in which a hand is turned to the normals that were found
+constexpr double kOfFragile = 0.5;   // of what a fragile thing bears, since others press on it as well
+constexpr double kNoStrain = 1e-9;   // of a joint unit
+constexpr double kOfFriction = 0.3;  // share of the friction that the line between the two parts may use
 
 using world::Model;
 
@@ -33,6 +40,10 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 const world::Geometry& robot_side(const Model& model, int pair) { return model.geometries()[at(model.pairs()[at(pair)].geometry_b)]; }
 const world::Geometry& object_side(const Model& model, int pair) { return model.geometries()[at(model.pairs()[at(pair)].geometry_a)]; }
+/// Bodies that a file hangs on each other without a joint are one part.
+bool same_part(const Model& model, int pair, int other) {
+  return model.bodies()[at(robot_side(model, pair).body)].axes == model.bodies()[at(robot_side(model, other).body)].axes;
+}
 Eigen::Vector3d centre(const GeometryWorkspace& work, const world::Geometry& geometry) {
   return work.kinematics.X_WB[at(geometry.body)] * geometry.p_BCenter;
 }
@@ -57,6 +68,8 @@ bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trun
   const double length = model.scales().robots().length, radius = object_side(model, pinch.pair_a).bounding_radius;
   const std::array bodies{a.body, b.body};
   work.links.select(model, trunk, bodies);
+  Eigen::VectorXd turns(model.n_a());  // 1 per hinge: what slides may go as far as it likes in a step
+  for (int j = 0; j < model.n_a(); ++j) turns[j] = model.dofs()[at(model.n_vu() + j)].kind == world::DofKind::Revolute;
   double error_before = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kReachSteps; ++step) {
     work.links.update(model, q, work.kinematics);
@@ -80,27 +93,26 @@ bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trun
     Eigen::MatrixXd gram = rows * rows.transpose();
     gram.diagonal().array() += kDamping;
     Eigen::VectorXd delta = rows.transpose() * gram.ldlt().solve(error);
-    delta *= std::min(1.0, kMaxStep / delta.cwiseAbs().maxCoeff());
+    delta *= std::min(1.0, kMaxStep / delta.cwiseProduct(turns).cwiseAbs().maxCoeff());
     q.tail(model.n_a()) =
         (q.tail(model.n_a()) + delta.cwiseProduct(model.scales().joints())).cwiseMax(model.lower()).cwiseMin(model.upper());
   }
   return false;
 }
 
-/// Closes with the geometry of each jaw that stands out farthest, of those of its body.
+/// Closes with the geometry of each jaw that stands out farthest, of those of its part.
 bool close(const Model& model, const world::RobotChains& chains, int trunk, const std::vector<char>& closing, Pinch& pinch,
            Eigen::VectorXd& q, GeometryWorkspace& work) {
   const double touching = kTouch * world::share::kContact * model.scales().robots().length;
   for (int swap = 0; swap <= kSwaps; ++swap) {
     if (!touch(model, std::array{pinch.pair_a, pinch.pair_b}, closing, q, work)) return false;
+    world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
     bool whole = true;
     for (int* const of : {&pinch.pair_a, &pinch.pair_b}) {
       double deepest = -touching;
       const int before = *of;
       for (const int pair : chains.object_pairs(trunk)) {
-        if (model.pairs()[at(pair)].geometry_a != model.pairs()[at(before)].geometry_a ||
-            robot_side(model, pair).body != robot_side(model, before).body)
-          continue;
+        if (model.pairs()[at(pair)].geometry_a != model.pairs()[at(before)].geometry_a || !same_part(model, pair, before)) continue;
         const double phi = pair_distance(model, work.kinematics, pair, work.contact_work).phi;
         if (phi >= deepest) continue;
         deepest = phi;
@@ -113,12 +125,95 @@ bool close(const Model& model, const world::RobotChains& chains, int trunk, cons
   return false;
 }
 
+/// Of the springs, by two forces of 1 N with which the jaws press on each other along the line between their middles (n_a).                      (R.1)
+Eigen::VectorXd calc_strain(const Model& model, const Pinch& pinch, const GeometryWorkspace& work) {
+  const world::Geometry &a = robot_side(model, pinch.pair_a), &b = robot_side(model, pinch.pair_b);
+  const std::vector<char> all(at(model.n_a()), 1);
+  const Eigen::Vector3d f = (centre(work, b) - centre(work, a)).normalized();
+  const Eigen::VectorXd torque = (centre_rates(model, work, a, all) - centre_rates(model, work, b, all)).transpose() * f;
+  return torque.cwiseQuotient(model.scales().joints().cwiseProduct(model.stiffness()));
+}
+
+/// With which the jaws can press, as far as these joints allow [N].
+double calc_most_press(const Model& model, std::span<const int> joints, const Eigen::VectorXd& strain, const Eigen::VectorXd& q) {
+  double most = std::numeric_limits<double>::infinity();
+  for (const int j : joints) {
+    const double by_1_n = std::abs(strain[j]), q_j = q[model.n_qu() + j];
+    if (by_1_n * model.scales().robots().force < kNoStrain * model.scales().joint(j)) continue;
+    const double room = strain[j] > 0 ? model.upper()[j] - q_j : q_j - model.lower()[j];
+    most = std::min(most, std::min(room, model.effort()[j] / model.stiffness()[j]) / by_1_n);
+  }
+  return most;
+}
+
+/// One jaw closes farther and the other one less, until both can press as hard; the trunk follows.
+bool balance(const Model& model, const world::RobotChains& chains, const Pinch& pinch, int trunk, Eigen::VectorXd& q,
+             GeometryWorkspace& work) {
+  const Eigen::VectorXd strain = calc_strain(model, pinch, work);
+  const auto fingers = chains.joints_of(pinch.moved & ~(world::ChainMask{1} << trunk));
+  const auto of = [&](int pair) {
+    std::vector<int> joints;
+    std::ranges::copy_if(fingers, std::back_inserter(joints), [&](int j) {
+      const auto& dofs = model.bodies()[at(robot_side(model, pair).body)].dofs;
+      return std::ranges::find(dofs, model.n_vu() + j) != dofs.end();
+    });
+    return joints;
+  };
+  const std::vector<int> a = of(pinch.pair_a), b = of(pinch.pair_b);
+  const double most_a = calc_most_press(model, a, strain, q), most_b = calc_most_press(model, b, strain, q);
+  if (!std::isfinite(most_a) || !std::isfinite(most_b)) return true;
+  const double shift = 0.5 * (most_a - most_b);
+  for (const int j : a) q[model.n_qu() + j] += shift * strain[j];
+  for (const int j : b) q[model.n_qu() + j] -= shift * strain[j];
+  q.tail(model.n_a()) = q.tail(model.n_a()).cwiseMax(model.lower()).cwiseMin(model.upper()).eval();
+  return touch(model, std::array{pinch.pair_a, pinch.pair_b}, joint_flags(model, chains.joints(trunk)), q, work);
+}
+
+/// What is in the way of the hand, such as a table under what it holds, is given room while both jaws stay on the object.
+bool make_room(const Model& model, const world::RobotChains& chains, const Pinch& pinch, Eigen::VectorXd& q, GeometryWorkspace& work) {
+  const double tolerance = world::share::kContact * model.scales().robots().length,
+               room = world::share::kClearance * model.scales().robots().length;
+  const std::vector<char> moving = joint_flags(model, chains.joints_of(pinch.moved));
+  chains.pairs_of(pinch.moved, work.pairs);
+  std::erase_if(work.pairs, [&](int i) {
+    return model.pairs()[at(i)].geometry_a == model.pairs()[at(pinch.pair_a)].geometry_a &&
+           (same_part(model, i, pinch.pair_a) || same_part(model, i, pinch.pair_b));
+  });
+  std::vector<int> pairs{pinch.pair_a, pinch.pair_b};
+  std::vector<double> wanted{0, 0};
+  for (int k = 0; k <= kInTheWay; ++k) {
+    world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+    double nearest = kBlocked * tolerance;
+    int blocked = -1;
+    for (const int i : work.pairs) {
+      const double phi = pair_distance(model, work.kinematics, i, work.contact_work).phi;
+      if (phi < nearest) nearest = phi, blocked = i;
+    }
+    if (blocked < 0) return true;
+    if (k == kInTheWay) break;
+    pairs.push_back(blocked);
+    wanted.push_back(room);
+    if (!touch(model, pairs, moving, q, work, wanted)) return false;
+  }
+  return false;
+}
+
 Eigen::Vector3d random_direction(core::Random& random) {
   Eigen::Vector3d v;
   do {
     for (double& x : v) x = random.normal();
   } while (v.norm() < 1e-6);
   return v.normalized();
+}
+
+/// Of the free object between the jaws; 0 for objects on joints, and without gravity.
+double calc_weight(const Model& model, const Pinch& pinch) {
+  const int body = object_side(model, pinch.pair_a).body;
+  for (std::size_t i = 0; i < model.objects().size(); ++i) {
+    if (model.objects()[i].body == body && model.scene().objects[i].joint == world::ObjectJoint::Free)
+      return model.objects()[i].carried_mass * model.scene().gravity.norm();
+  }
+  return 0;
 }
 
 }  // namespace
@@ -150,7 +245,7 @@ std::optional<Pinch> draw_pinch(const Model& model, const world::RobotChains& ch
   scratch.clear();
   for (const int pair : chains.object_pairs(trunk)) {
     if (carried(pair) && model.pairs()[at(pair)].geometry_a == model.pairs()[at(pinch.pair_a)].geometry_a &&
-        robot_side(model, pair).body != robot_side(model, pinch.pair_a).body)
+        !same_part(model, pair, pinch.pair_a))
       scratch.push_back(pair);
   }
   if (scratch.empty()) return std::nullopt;
@@ -167,9 +262,10 @@ bool close_pinch(const Model& model, const world::RobotChains& chains, Pinch pin
   const double radius = std::min(held.bounding_radius, model.scales().robots().length);
   const Eigen::Vector3d place = centre(work, held) + kOffCentre * radius * random.uniform(0, 1) * random_direction(random);
   Eigen::Vector3d axis;
-  for (int round = 0; round < 2; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     if (!reach(model, pinch, reaching, place, round == 0 ? nullptr : &axis, q, work) ||
-        !close(model, chains, trunk, closing, pinch, q, work))
+        !close(model, chains, trunk, closing, pinch, q, work) || !balance(model, chains, pinch, trunk, q, work) ||
+        !make_room(model, chains, pinch, q, work))
       return false;
     const Distance a = pair_distance(model, work.kinematics, pinch.pair_a, work.contact_work),
                    b = pair_distance(model, work.kinematics, pinch.pair_b, work.contact_work);
@@ -183,6 +279,19 @@ bool close_pinch(const Model& model, const world::RobotChains& chains, Pinch pin
     axis = a.nhat_BA_W;
   }
   return false;
+}
+
+std::optional<Eigen::VectorXd> hold_pinch(const Model& model, const Pinch& pinch, const Eigen::VectorXd& q, const GeometryWorkspace& work) {
+  const world::Pair &a = model.pairs()[at(pinch.pair_a)], &b = model.pairs()[at(pinch.pair_b)];
+  const double weight = calc_weight(model, pinch), friction = std::min(a.friction, b.friction);
+  if (weight == 0 || friction == 0) return q.tail(model.n_a());
+  std::vector<int> joints(at(model.n_a()));
+  std::iota(joints.begin(), joints.end(), 0);
+  const Eigen::VectorXd strain = calc_strain(model, pinch, work);
+  const double fragile = kOfFragile * std::min(a.max_force, b.max_force);
+  const double press = std::min({world::share::kPreload * weight, fragile, calc_most_press(model, joints, strain, q)});
+  if (press < weight / (2 * friction)) return std::nullopt;
+  return q.tail(model.n_a()) + press * strain;
 }
 
 }  // namespace stiction::contact

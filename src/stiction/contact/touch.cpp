@@ -20,7 +20,7 @@ constexpr double kMaxStep = 0.3;  // per Newton step and joint [rad, L]
 }  // namespace
 
 bool touch(const world::Model& model, std::span<const int> pairs, const std::vector<char>& moving, Eigen::VectorXd& q,
-           GeometryWorkspace& work) {
+           GeometryWorkspace& work, std::span<const double> wanted) {
   const auto k = static_cast<Eigen::Index>(pairs.size());
   std::vector<int> bodies;
   for (const int i : pairs) {
@@ -40,7 +40,8 @@ bool touch(const world::Model& model, std::span<const int> pairs, const std::vec
       const Distance d = pair_distance(model, work.kinematics, pairs[i], work.contact_work);
       Contact& c = contacts[i];
       c.pair = pairs[i];
-      c.phi = gaps[static_cast<Eigen::Index>(i)] = d.phi;
+      c.phi = d.phi;
+      gaps[static_cast<Eigen::Index>(i)] = d.phi - (wanted.empty() ? 0.0 : wanted[i]);
       c.p_WA = d.p_WA;
       c.p_WB = d.p_WB;
       c.nhat_BA_W = d.nhat_BA_W;

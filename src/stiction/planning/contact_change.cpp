@@ -28,8 +28,8 @@ void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random)
 bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& random, ThreadScratch& scratch, Node& node) const {
   const Node& near = tree[x.near];
   Regrasp& regrasp = scratch.regrasp;
-  const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
-                         [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); },
+  const GraspJudge judge{[&](const auto& q, const auto& u) { return predict(q, u, x, scratch); },
+                         [&](const auto& q, const auto& u, const auto& command) { return simulated_distance(q, u, command, x, scratch); },
                          {.touch = x.touch},
                          x.choose};
   const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, regrasp, x.totals.regrasps);
@@ -42,28 +42,28 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
   return held;
 }
 
-Promise ContactChange::predict(const Eigen::VectorXd& q, Expansion& x, ThreadScratch& scratch) const {
+Promise ContactChange::predict(const Eigen::VectorXd& q, const Eigen::VectorXd& u, Expansion& x, ThreadScratch& scratch) const {
   const ProfileClock::Scope scope(scratch.profile, Activity::GraspModels);
   Node& node = scratch.candidate;
   node.q = q;
-  node.u = q.tail(setting_.model.n_a());
+  node.u = u;
   if (!models_.linearise(node, x.in_cones, scratch, x.totals)) return {std::numeric_limits<double>::infinity(), node.u};
-  const Eigen::VectorXd q_a = q.tail(setting_.model.n_a());
+  const Eigen::VectorXd u_from = models_.preloaded_command(node);
   Eigen::VectorXd e = setting_.goal.difference(node.local.c_u, x.target(setting_.goal, node.local.c_u));
   const Eigen::VectorXd delta_u =
-      extend_.extension(node.local, q_a, e, x.counted, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
+      extend_.extension(node.local, u_from, e, x.counted, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
   e -= node.local.B_u * delta_u;
   e = e.cwiseProduct(x.counted).eval();
   return {setting_.goal.inverse_tolerances().cwiseProduct(e).norm(),
-          (q_a + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper())};
+          (u_from + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper())};
 }
 
-double ContactChange::simulated_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& command, const Expansion& x,
-                                         ThreadScratch& scratch) const {
+double ContactChange::simulated_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& command,
+                                         const Expansion& x, ThreadScratch& scratch) const {
   const ProfileClock::Scope scope(scratch.profile, Activity::GraspTrials);
   Node from, to;
   from.q = q;
-  from.u = q.tail(setting_.model.n_a());
+  from.u = u;
   Totals totals;
   const bool moved = extend_.push(from, command, scratch, totals, to);
   scratch.regrasp += totals;

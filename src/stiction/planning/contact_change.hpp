@@ -17,9 +17,10 @@ class ContactChange {
 
  private:
   /// Distance of the objects from a subgoal, in tolerances of the goal, after the extension (P.2) that the local model at q promises.
-  Promise predict(const Eigen::VectorXd& q, Expansion& x, ThreadScratch& scratch) const;
+  Promise predict(const Eigen::VectorXd& q, const Eigen::VectorXd& u, Expansion& x, ThreadScratch& scratch) const;
   /// The same distance after the exact extension.
-  double simulated_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& command, const Expansion& x, ThreadScratch& scratch) const;
+  double simulated_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& command, const Expansion& x,
+                            ThreadScratch& scratch) const;
 
   const Setting& setting_;
   const NodeModels& models_;

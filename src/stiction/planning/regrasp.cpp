@@ -159,6 +159,7 @@ namespace {
 struct Candidate {
   Promise promise;
   Posture q_a;
+  Eigen::VectorXd u;  // with which it holds
 };
 
 /// Best first. Of those that promise most, some become what the simulation says: a local model sees forces across gaps that the exact dynamics does not make.
@@ -173,7 +174,7 @@ std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask 
     const auto sample = contact::sample_contact(setting.model, setting.chains, judge.sampler, draw, q_before, random, geometry);
     if (!sample) continue;
     q.tail(sample->q_a.size()) = sample->q_a;
-    out.push_back({judge.promise ? judge.promise(q) : Promise{}, sample->q_a});
+    out.push_back({judge.promise ? judge.promise(q, sample->u) : Promise{}, sample->q_a, sample->u});
   }
   const auto sort = [&](std::size_t n) {
     std::stable_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(n),
@@ -182,9 +183,13 @@ std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask 
   sort(out.size());
   if (!judge.simulated || !choose) return out;
   const std::size_t trials = std::min(static_cast<std::size_t>(threshold::kTrials), out.size());
+  // Half of those that are simulated hold the object, where there are such: a local model knows little of what a grip is good for.
+  std::size_t grips = 0;
+  std::stable_partition(out.begin(), out.end(),
+                        [&](const Candidate& candidate) { return candidate.u != candidate.q_a && grips < trials / 2 && ++grips > 0; });
   for (Candidate& candidate : std::span(out).first(trials)) {
     q.tail(candidate.q_a.size()) = candidate.q_a;
-    candidate.promise.distance = judge.simulated(q, candidate.promise.command);
+    candidate.promise.distance = judge.simulated(q, candidate.u, candidate.promise.command);
   }
   sort(trials);
   return out;
@@ -254,7 +259,7 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
     ++counts.no_path;
     return false;
   }
-  const Ending ending = run->go(release.moved, path, path.back());
+  const Ending ending = run->go(release.moved, path, reachable->u);
   if (ending != Ending::Reached) return count_failure(ending, counts);
   if (!run->is_free_on_its_way()) {
     ++counts.no_path;

@@ -86,8 +86,9 @@ struct Promise {
 
 /// How postures are drawn, and told apart. Empty functions: they are taken as they come.
 struct GraspJudge {
-  std::function<Promise(const Eigen::VectorXd& q)> promise;                                   ///< by a local model
-  std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& command)> simulated;  ///< what comes of it
+  std::function<Promise(const Eigen::VectorXd& q, const Eigen::VectorXd& u)> promise;  ///< by a local model
+  std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& command)>
+      simulated;  ///< what comes of it
   contact::GenericSampler sampler{};
   bool choose = true;  ///< among kCandidates postures; else the first one is taken
 };

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace stiction::execution {
@@ -25,6 +26,22 @@ double share_between(const world::Model& model, const Eigen::VectorXd& q0, const
   double share = 0;
   for (const int object : planning::goal_objects(model, goal)) share = std::max(share, share_between(model, object, q0, q1, goal));
   return share;
+}
+
+double share_that_counts(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal) {
+  if (!goal.region) return share_between(model, q0, q1, goal);
+  planning::Goal there = goal;
+  for (std::size_t o = 0; o < model.objects().size(); ++o) {
+    const auto& object = model.objects()[o];
+    Eigen::VectorXd at = q0.segment(object.q_begin, object.n_v);
+    if (model.scene().objects[o].joint == world::ObjectJoint::Free)
+      at.tail<3>() = planning::roll_pitch_yaw(world::object_pose(model, q0, static_cast<int>(o)).R);
+    for (int i = 0; i < object.n_v; ++i) {
+      double &lower = there.region->lower[object.v_begin + i], &upper = there.region->upper[object.v_begin + i];
+      if (std::isfinite(lower) || std::isfinite(upper)) lower = upper = at[i];
+    }
+  }
+  return planning::goal_error(model, q1, there).share(goal);
 }
 
 void ObjectWatch::add(double time, const Eigen::VectorXd& q) {
@@ -80,12 +97,12 @@ Eigen::VectorXd ObjectWatch::mean(std::size_t begin, std::size_t end) const {
 }
 
 double share_off_path(const world::Model& model, const Trajectory& trajectory, double begin, double end, double interval,
-                      const Eigen::VectorXd& q, const planning::Goal& goal) {
+                      const Eigen::VectorXd& q, const planning::Goal& goal, bool last_push) {
   Eigen::VectorXd planned(model.n_q());
   double least = std::numeric_limits<double>::infinity();
   for (double t = end;; t -= interval) {
     interpolate(model, trajectory, std::max(t, begin), planned);
-    least = std::min(least, share_between(model, planned, q, goal));
+    least = std::min(least, last_push ? share_that_counts(model, planned, q, goal) : share_between(model, planned, q, goal));
     if (t <= begin) return least;
   }
 }

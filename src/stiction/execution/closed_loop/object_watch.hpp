@@ -14,6 +14,9 @@ double share_between(const world::Model& model, int object, const Eigen::VectorX
 /// The same of the objects of the goal, the largest.
 double share_between(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal);
 
+/// The same of the coordinates alone that the goal bounds: after the last push of a plan nothing depends on the others.
+double share_that_counts(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal);
+
 /// The objects over the last looks: whether they rest, and where.
 class ObjectWatch {
  public:
@@ -51,8 +54,8 @@ class ObjectWatch {
 };
 
 /// How far the objects of the goal are from where a trajectory had them at any time in [begin, end], in tolerances of the goal.
-/// @param interval  between the times that are looked at [s], > 0
+/// @param interval  between the times that are looked at [s], > 0   @param last_push  as share_that_counts()
 double share_off_path(const world::Model& model, const Trajectory& trajectory, double begin, double end, double interval,
-                      const Eigen::VectorXd& q, const planning::Goal& goal);
+                      const Eigen::VectorXd& q, const planning::Goal& goal, bool last_push = false);
 
 }  // namespace stiction::execution

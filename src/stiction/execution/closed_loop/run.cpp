@@ -478,6 +478,8 @@ class Executor {
   /// The objects are away, or were put elsewhere.
   bool is_displaced() { return displaced_ = displaced_ || !link_.sees_objects(); }
 
+  static bool is_last(const Trajectory& trajectory, const Piece& piece) { return &piece == &trajectory.pieces.back(); }
+
   /// A piece in time, watched. @param zero  time of the run at which the trajectory began
   bool follow(const Trajectory& trajectory, const Piece& piece, double zero) {
     const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
@@ -491,7 +493,7 @@ class Executor {
       if (!tick(u) || is_displaced()) return false;
       if (!looked_) continue;
       off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
-                            how_.watch_interval, measured_.q, problem_.goal);
+                            how_.watch_interval, measured_.q, problem_.goal, is_last(trajectory, piece));
       if (off_ > how_.off_on_the_way) return false;
     }
     return true;
@@ -500,7 +502,10 @@ class Executor {
   /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
   bool arrive(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const Eigen::VectorXd q_end = trajectory.q.col(piece.last_knot);
-    const auto off = [&](const Eigen::VectorXd& q) { return off_ = share_between(model_, q_end, q, problem_.goal); };
+    const auto off = [&](const Eigen::VectorXd& q) {
+      return off_ = is_last(trajectory, piece) ? share_that_counts(model_, q_end, q, problem_.goal)
+                                               : share_between(model_, q_end, q, problem_.goal);
+    };
     if (off(measured_.q) <= kThere) return true;
     const double begin = now();
     const Eigen::VectorXd u_end = u_;
