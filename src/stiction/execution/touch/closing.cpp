@@ -47,7 +47,7 @@ class Closing {
       : scenario_(scenario),
         options_(options),
         out_(out),
-        arm_(make_guarded_arm(scenario, options.seed)),
+        arm_(make_guarded_arm(scenario, *out.world, options.seed)),
         model_(*arm_.model),
         loop_(arm_, out.world),
         kinematics_work_(model_),

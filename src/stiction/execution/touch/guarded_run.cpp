@@ -50,7 +50,7 @@ class GuardedRun {
       : scenario_(scenario),
         options_(options),
         out_(out),
-        arm_(make_guarded_arm(scenario, options.seed)),
+        arm_(make_guarded_arm(scenario, *out.world, options.seed)),
         loop_(arm_, out.world),
         feeler_(arm_),
         kinematics_work_(*arm_.model),

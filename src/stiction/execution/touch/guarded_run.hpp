@@ -57,6 +57,7 @@ struct GuardedRunResult {
   ControlRunResult run;                       ///< samples and forces of the whole run
   std::shared_ptr<const world::Model> world;  ///< what was simulated
   std::shared_ptr<const world::Model> model;  ///< what the arm knows at the end
+  Eigen::VectorXd q;                          ///< where joints and objects are in the simulation at the end (n_q)
 };
 
 /// Carries out the moves of a scenario one after the other under the contact-aware controller. A guarded move is slow and listens: where joint torques show that

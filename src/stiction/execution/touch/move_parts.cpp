@@ -16,8 +16,9 @@ double MoveProfile::at(double t) const {
   return speed_ * (t - 0.5 * kRamp);
 }
 
-ControlScenario make_guarded_arm(const TouchScenario& scenario, std::uint64_t seed) {
+ControlScenario make_guarded_arm(const TouchScenario& scenario, const world::Model& world, std::uint64_t seed) {
   ControlScenario out = scenario.arm;
+  if (out.objects.size() > 0) move_objects(scenario, *out.model, world, out.objects);
   out.observer.seed = seed;
   out.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough
   return out;
@@ -51,6 +52,7 @@ core::Status carry_out_moves(const TouchScenario& scenario, const ControlScenari
     break;
   }
   summarise(arm, loop, settle, out.run);
+  out.q = loop.q();
   return out.status = out.run.status = go_on;
 }
 

@@ -46,8 +46,8 @@ inline double follow_force(double share, double felt, double asked) {
   return std::clamp(share + kGain * (1 - felt / asked), kStart, 1 / kStart);
 }
 
-/// The scenario with the seed of a run, and damping for forces that leads bound themselves.
-ControlScenario make_guarded_arm(const TouchScenario& scenario, std::uint64_t seed);
+/// The scenario with the seed of a run, objects where they are in its world, and damping for forces that leads bound themselves.
+ControlScenario make_guarded_arm(const TouchScenario& scenario, const world::Model& world, std::uint64_t seed);
 
 /// What touches one of `links` (empty: any), from the torques of the feeler since its settle(): the likeliest of these; nullopt: none of them, with 95 %.
 std::optional<FeltContact> describe_touch(Feeler& feeler, const Eigen::VectorXd& q, const std::vector<int>& links, double time);
