@@ -1,6 +1,9 @@
 #include "guarded_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <vector>
 
 #include "app.hpp"
 #include "page_scene.hpp"
@@ -27,6 +30,13 @@ void print_moves(std::FILE* to, const TouchScenario& scenario, const GuardedRunR
                               : gentle                   ? "all moves done, forces bounded"
                                                          : "all moves done, forces above what was asked";
   say(to, "{}: {}\n", scenario.arm.name, verdict);
+  if (r.friction) {
+    const auto row = [to](std::string_view name, const Eigen::VectorXd& values, std::string_view unit) {
+      print_row(to, name, fmt::format("{:.3f} {}", fmt::join(values, " "), unit));
+    };
+    row("dry friction", r.friction->coulomb, "N m (N)");
+    row("viscous friction", r.friction->viscous, "N m s/rad (N s/m)");
+  }
   for (const execution::MoveResult& move : r.moves) {
     print_row(to, move.name,
               fmt::format("{}, {:.1f} mm in {:.2f} s", to_string(move.outcome), 1e3 * move.travelled, move.end - move.begin));
@@ -78,6 +88,10 @@ json report_moves(const TouchScenario& scenario, const GuardedRunResult& r, std:
            {"message", r.reason},
            {"duration_s", static_cast<double>(r.run.samples.size()) * scenario.arm.period},
            {"lambda_max", scenario.arm.controller.lambda_max}};
+  if (r.friction)
+    out["friction"] = {{"coulomb", std::vector<double>(r.friction->coulomb.begin(), r.friction->coulomb.end())},
+                       {"viscous", std::vector<double>(r.friction->viscous.begin(), r.friction->viscous.end())},
+                       {"left", std::vector<double>(r.friction->left.begin(), r.friction->left.end())}};
   out["moves"] = json::array();
   for (const auto& move : r.moves) out["moves"].push_back(to_json(scenario, move));
   return out;

@@ -294,7 +294,7 @@ bool write(const Given& given, const execution::RunResult& r, const Recorder& re
 /// Guarded moves that did not end as they should: the run does not begin.
 int end_unfelt(const Given& given, const RunArguments& arguments, const Felt& felt) {
   if (arguments.json) {
-    const json out{{"status", "GaveUp"},
+    const json out{{"status", execution::to_string(RunEnd::Unfelt)},
                    {"task", given.task.name},
                    {"seed", given.options.seed},
                    {"mode", "closed loop"},

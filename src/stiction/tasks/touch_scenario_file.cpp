@@ -167,7 +167,7 @@ Task load_task_of(const YamlNode& node) {
 /// @param task  in place of the one that the scenario names; null: that
 TouchScenario read_scenario(const YamlNode& top, std::span<const std::filesystem::path> package_dirs, const Task* task = nullptr) {
   top.require_map({"name", "description", "task", "scene", "start", "goal", "speed", "max_touches", "tolerance", "unknown", "misplaced",
-                   "tool", "moves", "controller", "plant", "estimator"});
+                   "friction_motion", "tool", "moves", "controller", "plant", "estimator"});
   TouchScenario out;
   out.arm.contacts = ContactSource::Estimated;
   if (const auto named = top.find("task")) {
@@ -184,6 +184,10 @@ TouchScenario read_scenario(const YamlNode& top, std::span<const std::filesystem
   if (!task && top.has("goal") == top.has("moves")) top.fail("one of goal, moves");
   if (const auto goal = top.find("goal")) out.goal = read_posture(*goal, *out.arm.model);
   if (top.has("moves")) read_moves(top, out);
+  if (const auto motion = top.find("friction_motion")) {
+    if (out.moves.empty()) motion->fail("friction_motion without moves", "moves, of which guarded ones use it");
+    out.friction_motion = motion->positive();
+  }
   out.speed = top.positive_or("speed", out.speed);
   out.tolerance = top.positive_or("tolerance", out.tolerance);
   if (const auto most = top.find("max_touches")) out.max_touches = most->positive_int();

@@ -62,6 +62,8 @@ struct TouchScenario {
   double tolerance = 0.01;  ///< of the largest joint at the goal [rad, L of the robots]
   std::vector<UnknownBody> unknown;
   std::vector<MisplacedBody> misplaced;
+  double friction_motion =
+      0;  ///< joints go to and fro by so much before the moves, which tells their friction [rad; m], ≥ 0; 0: they do not
   std::vector<GuardedMove> moves;  ///< of the tool, or where there is none of joints, in place of `goal`: run_guarded()
 };
 
