@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "frames.hpp"
+#include "guarded_report.hpp"
 #include "run_command.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/closed_loop/handling.hpp"
@@ -14,6 +15,9 @@
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/tasks/lint.hpp"
+#include "stiction/tasks/scenarios.hpp"
+#include "stiction/tasks/touch_first.hpp"
+#include "stiction/tasks/touch_scenario_file.hpp"
 
 namespace stiction::app {
 namespace {
@@ -26,6 +30,7 @@ using json = nlohmann::ordered_json;
 struct RunArguments {
   std::string target;  ///< task or plan
   std::string goal;
+  std::string touch_first;  ///< scenario of guarded moves
   std::optional<std::uint64_t> seed;
   double timeout_s = 300;
   double speed = 1;
@@ -48,6 +53,7 @@ struct Given {
   std::optional<tasks::PlanFile> file;
   planning::Plan plan;
   planning::PlannerOptions options;
+  std::shared_ptr<const world::Model> world;  ///< what is simulated; null: what is known
 };
 
 bool is_plan(const std::string& target) { return target.ends_with(".json") || fs::is_directory(target); }
@@ -82,9 +88,36 @@ execution::OutsidePush parse_push(const std::string& text, int object) {
   return {object, *numbers[0], *numbers[1], Eigen::Vector3d(*numbers[2], *numbers[3], *numbers[4])};
 }
 
-/// Where the plant begins: at the start of the task or plan, with what overlaps there moved apart.
+/// Guarded moves before the run.
+struct Felt {
+  execution::TouchScenario scenario;
+  execution::GuardedRunResult result;
+  bool gentle = false;
+  double wall_s = 0;
+};
+
+constexpr double kGentle = 0.2;  ///< share by which forces may exceed what is asked, as of stiction touch
+
+/// What is felt corrects the task; the run goes on in the world of the moves.
+Felt feel(const RunArguments& arguments, const core::RunControl& control, Given& given) {
+  const auto started = core::RunControl::Clock::now();
+  Felt out;
+  if (given.file) tasks::set_start(given.task, execution::start_of(*given.task.model, given.plan));
+  out.scenario = tasks::load_touch_scenario(tasks::find_scenario(arguments.touch_first, data_dirs()), given.task);
+  execution::TouchRunOptions options;
+  options.seed = given.options.seed;
+  options.control = control;
+  (void)tasks::touch_first(out.scenario, arguments.world, options, given.task, out.result);  // the status is in the result
+  given.world = out.result.world;
+  out.gentle = is_gentle(out.scenario, out.result, kGentle);
+  out.wall_s = core::seconds_since(started);
+  return out;
+}
+
+/// Where the plant begins: at the start of the task or plan, with what overlaps there moved apart, or where guarded moves left off.
 execution::PartedStart start_of(const Given& given) {
   const world::Model& model = *given.task.model;
+  if (given.world) return {.q = given.task.problem.q_start};
   const Eigen::VectorXd q = given.file ? execution::start_of(model, given.plan) : given.task.problem.q_start;
   return execution::part_start(given.task.model, q, given.options.step_options(model));
 }
@@ -94,7 +127,7 @@ class Recorder {
  public:
   Recorder(const Given& given, const RunArguments& arguments)
       : start(start_of(given)),
-        plant(given.task.model, start.q, arguments.world),
+        plant(given.world ? given.world : given.task.model, start.q, arguments.world),
         model_(*given.task.model),
         watch_(plant),
         keeps_(arguments.html || !arguments.out_dir.empty()) {}
@@ -258,8 +291,23 @@ bool write(const Given& given, const execution::RunResult& r, const Recorder& re
   return true;
 }
 
+/// Guarded moves that did not end as they should: the run does not begin.
+int end_unfelt(const Given& given, const RunArguments& arguments, const Felt& felt) {
+  if (arguments.json) {
+    const json out{{"status", execution::to_string(RunEnd::Unfelt)},
+                   {"task", given.task.name},
+                   {"seed", given.options.seed},
+                   {"mode", "closed loop"},
+                   {"message", fmt::format("before the run: {}", felt.result.reason)},
+                   {"reached", false},
+                   {"touch", report_moves(felt.scenario, felt.result, given.options.seed, felt.gentle, felt.wall_s)}};
+    say(stdout, "{}\n", out.dump());
+  }
+  return felt.result.status == Status::Cancelled ? kInterrupted : kNotSolved;
+}
+
 int run_run(RunArguments arguments) {
-  const Given given = load(arguments);
+  Given given = load(arguments);
   print_notes(given.task);
   if (!arguments.noise.empty()) {
     arguments.world.pose_noise = arguments.noise[0];
@@ -270,13 +318,21 @@ int run_run(RunArguments arguments) {
   arguments.how.finger_gait = !arguments.no_finger_gait;
   arguments.how.join = !arguments.no_join;
   for (const std::string& text : arguments.pushes) arguments.world.pushes.push_back(parse_push(text, given.task.problem.goal.object));
-  arguments.how.speed = execution::calc_run_speeds(*given.task.model, given.task.problem.goal.object, arguments.speed);
   const fs::path dir =
       given.file ? plan_dir(arguments.out_dir, arguments.target) : task_dir(arguments.out_dir, given.task.name, given.options.seed);
   const bool writes = arguments.html || !arguments.out_dir.empty();
   if (writes) tasks::require_writable(dir);
 
   core::RunControl control = make_run_control(arguments.timeout_s);
+  std::FILE* const to = people(arguments.json);
+  std::optional<Felt> felt;
+  if (!arguments.touch_first.empty()) {
+    catch_signals();
+    felt = feel(arguments, control, given);
+    print_moves(to, felt->scenario, felt->result, felt->gentle);
+    if (!felt->result.reached) return end_unfelt(given, arguments, *felt);
+  }
+  arguments.how.speed = execution::calc_run_speeds(*given.task.model, given.task.problem.goal.object, arguments.speed);
   print_warnings(tasks::lint(given.task, control));
   catch_signals();
   Recorder recorder(given, arguments);
@@ -287,8 +343,8 @@ int run_run(RunArguments arguments) {
       execution::run(recorder.plant, given.task.problem, given.options, arguments.how, control, result, given.file ? &given.plan : nullptr);
   recorder.line.clear();
 
-  std::FILE* const to = people(arguments.json);
   json out = report(given, arguments, result, recorder);
+  if (felt) out["touch"] = report_moves(felt->scenario, felt->result, given.options.seed, felt->gentle, felt->wall_s);
   print_summary(to, given, result, out);
   print_start(to, *given.task.model, recorder.start);
   const bool written = !writes || write(given, result, recorder, arguments, dir, to, out);
@@ -305,6 +361,9 @@ Run declare_run(CLI::App& command) {
   RunArguments& a = *arguments;
   command.add_option("target", a.target, "Name of a built-in task, a task file (.yaml), a plan file (.json) or its folder")->required();
   add_goal(command, a.goal);
+  command.add_option("--touch-first", a.touch_first,
+                     "Scenario of guarded moves, a name or a file with the key `task`: they are carried out first, and correct the scene "
+                     "by what the arm felt");
   add_seed(command, a.seed, "Seed of the plans and of the noise");
   add_timeout(command, a.timeout_s, "Wall-clock budget of the run [s]");
   add_threads(command, a.threads);

@@ -7,6 +7,7 @@
 
 #include "app.hpp"
 #include "control_page.hpp"
+#include "guarded_report.hpp"
 #include "page_scene.hpp"
 #include "stiction/execution/touch/guarded_run.hpp"
 #include "stiction/execution/touch/touch_run.hpp"
@@ -111,74 +112,6 @@ json report(const TouchScenario& scenario, const TouchRunResult& r, std::uint64_
   return out;
 }
 
-/// Forces from 0.1 s after contact on, against the one that a move asks for in the end, of all others against the bound of the controller.
-bool is_gentle(const TouchScenario& scenario, const GuardedRunResult& r, double tolerance) {
-  for (std::size_t k = 0; k < r.moves.size(); ++k) {
-    const execution::GuardedMove& move = scenario.moves[k];
-    const double asked = move.until ? move.until->force : scenario.arm.controller.lambda_max;
-    if (r.moves[k].late_peak > (1 + tolerance) * asked) return false;
-  }
-  return true;
-}
-
-void print_moves(std::FILE* to, const TouchScenario& scenario, const GuardedRunResult& r, bool gentle) {
-  const std::string verdict = r.status != Status::Solved ? std::string(core::to_string(r.status))
-                              : !r.reached               ? "gave up, " + r.reason
-                              : gentle                   ? "all moves done, forces bounded"
-                                                         : "all moves done, forces above what was asked";
-  say(to, "{}: {}\n", scenario.arm.name, verdict);
-  for (const execution::MoveResult& move : r.moves) {
-    print_row(to, move.name,
-              fmt::format("{}, {:.1f} mm in {:.2f} s", to_string(move.outcome), 1e3 * move.travelled, move.end - move.begin));
-    for (const execution::FeltContact& felt : move.felt) {
-      say(to, "    {} ({:.0f} %) at ({:.3f} {:.3f} {:.3f}) m, pushed to ({:.2f} {:.2f} {:.2f}) with {:.1f} N\n",
-          scenario.arm.model->bodies()[static_cast<std::size_t>(felt.body)].name, 100 * felt.probability, felt.p_W.x(), felt.p_W.y(),
-          felt.p_W.z(), felt.direction_W.x(), felt.direction_W.y(), felt.direction_W.z(), felt.force);
-      say(to, "    noticed after {:.0f} ms, told after {:.2f} s\n", 1e3 * (felt.alarm - move.contact), felt.time - move.contact);
-    }
-    if (move.peak > 0)
-      say(to, "    impact {:.1f} N, later {:.1f} N at most, {:.2f} N at the end\n", move.peak, move.late_peak, move.last_force);
-    if (move.correction)
-      say(to, "    {} moved by {:.1f} mm, then {:.2f} mm off\n", scenario.moves[static_cast<std::size_t>(&move - r.moves.data())].correct,
-          1e3 * *move.correction, 1e3 * *move.correction_error);
-  }
-  print_row(to, "took", fmt::format("{:.1f} s", static_cast<double>(r.run.samples.size()) * scenario.arm.period));
-}
-
-json to_json(const TouchScenario& scenario, const execution::MoveResult& move) {
-  json out{{"name", move.name},           {"outcome", to_string(move.outcome)}, {"message", move.reason},    {"begin_s", move.begin},
-           {"end_s", move.end},           {"travelled", move.travelled},        {"contact_s", move.contact}, {"peak", move.peak},
-           {"late_peak", move.late_peak}, {"last_force", move.last_force}};
-  if (move.correction) out["correction"] = *move.correction, out["correction_error"] = *move.correction_error;
-  out["felt"] = json::array();
-  for (const execution::FeltContact& felt : move.felt)
-    out["felt"].push_back({{"link", scenario.arm.model->bodies()[static_cast<std::size_t>(felt.body)].name},
-                           {"probability", felt.probability},
-                           {"p_W", page_numbers(felt.p_W)},
-                           {"direction_W", page_numbers(felt.direction_W)},
-                           {"force", felt.force},
-                           {"time_s", felt.time},
-                           {"begin_s", felt.begin},
-                           {"alarm_s", felt.alarm}});
-  return out;
-}
-
-json report(const TouchScenario& scenario, const GuardedRunResult& r, std::uint64_t seed, bool gentle, double wall_s) {
-  json out{{"status", r.status != Status::Solved ? std::string(core::to_string(r.status))
-                      : !r.reached               ? "GaveUp"
-                      : gentle                   ? "Passed"
-                                                 : "Failed"},
-           {"scenario", scenario.arm.name},
-           {"seed", seed},
-           {"wall_s", wall_s},
-           {"message", r.reason},
-           {"duration_s", static_cast<double>(r.run.samples.size()) * scenario.arm.period},
-           {"lambda_max", scenario.arm.controller.lambda_max}};
-  out["moves"] = json::array();
-  for (const auto& move : r.moves) out["moves"].push_back(to_json(scenario, move));
-  return out;
-}
-
 int run_moves(const TouchScenario& scenario, const TouchArguments& arguments, const execution::TouchRunOptions& options) {
   const auto started = core::RunControl::Clock::now();
   GuardedRunResult result;
@@ -187,7 +120,7 @@ int run_moves(const TouchScenario& scenario, const TouchArguments& arguments, co
   const double wall_s = core::seconds_since(started);
   std::FILE* const to = people(arguments.json);
   print_moves(to, scenario, result, gentle);
-  json out = report(scenario, result, options.seed, gentle, wall_s);
+  json out = report_moves(scenario, result, options.seed, gentle, wall_s);
   bool page_failed = false;
   if (!arguments.html.empty() && !result.run.samples.empty()) {
     execution::ControlScenario arm = scenario.arm;

@@ -16,23 +16,6 @@ using execution::GuardedRunResult;
 using execution::MoveOutcome;
 using execution::TouchScenario;
 
-/// A contact that ended a move, with the name of its link.
-struct FeltContact {
-  std::string link;
-  execution::FeltContact values;
-};
-
-struct GuardedMoveResult {
-  execution::MoveResult values;
-  std::vector<FeltContact> felt;
-  std::string corrected;  ///< fixed body; empty: none
-};
-
-struct GuardedResult {
-  GuardedRunResult result;
-  std::vector<GuardedMoveResult> moves;
-};
-
 std::unique_ptr<GuardedResult> run(const TouchScenario& scenario, std::optional<std::uint64_t> seed, double settle,
                                    std::optional<double> timeout_s) {
   auto out = std::make_unique<GuardedResult>();
@@ -44,13 +27,7 @@ std::unique_ptr<GuardedResult> run(const TouchScenario& scenario, std::optional<
     (void)execution::run_guarded(scenario, options, out->result);
   }
   interrupt.rethrow();
-  for (std::size_t k = 0; k < out->result.moves.size(); ++k) {
-    GuardedMoveResult& move = out->moves.emplace_back();
-    move.values = out->result.moves[k];
-    for (const auto& felt : move.values.felt)
-      move.felt.push_back({scenario.arm.model->bodies()[static_cast<std::size_t>(felt.body)].name, felt});
-    if (move.values.correction) move.corrected = scenario.moves[k].correct;
-  }
+  name_moves(scenario, *out);
   return out;
 }
 
@@ -116,6 +93,16 @@ void bind_move(nb::module_& m) {
 
 }  // namespace
 
+void name_moves(const TouchScenario& scenario, GuardedResult& out) {
+  for (std::size_t k = 0; k < out.result.moves.size(); ++k) {
+    GuardedMoveResult& move = out.moves.emplace_back();
+    move.values = out.result.moves[k];
+    for (const auto& felt : move.values.felt)
+      move.felt.push_back({scenario.arm.model->bodies()[static_cast<std::size_t>(felt.body)].name, felt});
+    if (move.values.correction) move.corrected = scenario.moves[k].correct;
+  }
+}
+
 void bind_guarded(nb::module_& m) {
   bind_parts(m);
   bind_move(m);
@@ -126,6 +113,7 @@ void bind_guarded(nb::module_& m) {
       .def_prop_ro("reason", of(&GuardedRunResult::reason), "why not, or what the simulation said")
       .def_ro("moves", &GuardedResult::moves, "those that were begun")
       .def_prop_ro("places", &calc_places, "of fixed bodies that were felt, where the arm now knows them to be: name, pose in W")
+      .def_prop_ro("friction", of(&GuardedRunResult::friction), "of the joints, as a motion before the moves showed it; None: not asked for")
       .def_prop_ro("run", of(&GuardedRunResult::run), "series and forces of the whole run")
       .def_prop_ro("world", of(&GuardedRunResult::world), "what was simulated")
       .def_prop_ro("model", of(&GuardedRunResult::model), "what the arm knows at the end")

@@ -75,7 +75,8 @@ void bind_observer(nb::module_& m) {
       .def_ro("coulomb", &JointFriction::coulomb, "(n_a) [N m; N]")
       .def_ro("viscous", &JointFriction::viscous, "(n_a) [N m s/rad; N s/m]")
       .def_ro("offset", &JointFriction::offset, "(n_a) [N m; N]")
-      .def_ro("stiction_speed", &JointFriction::stiction_speed, "below which friction has no sure sign [rad/s or m/s]");
+      .def_ro("stiction_speed", &JointFriction::stiction_speed, "below which friction has no sure sign [rad/s or m/s]")
+      .def_ro("left", &JointFriction::left, "deviation of the torques that the fit leaves, their noise included (n_a) [N m; N]");
   const sensing::ObserverSettings standard;
   m.def("observe", &observe, "model"_a, "t"_a, "q"_a, "qd"_a, "tau"_a, nb::kw_only(), "time_constant"_a = standard.time_constant,
         "friction"_a = nb::none(),

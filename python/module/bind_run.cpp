@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "bind_run.hpp"
+#include "bind_touch.hpp"
 #include "own_plant.hpp"
 #include "pickles.hpp"
 #include "plan.hpp"
@@ -14,6 +15,9 @@
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
+#include "stiction/tasks/scene_text.hpp"
+#include "stiction/tasks/touch_first.hpp"
+#include "stiction/tasks/touch_scenario_file.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {
@@ -53,9 +57,12 @@ Look look_at(const execution::RunSample& sample, execution::SimulatedPlant* simu
   return out;
 }
 
+using TouchFirst = std::variant<std::string, std::filesystem::path, execution::TouchScenario>;
+
 /// A run and what the simulated world knows of it.
 struct RunOutcome {
   RunResult result;
+  std::optional<GuardedResult> touch;  ///< guarded moves before it
   planning::GoalError true_error;
   double start_overlap = 0, start_moved = 0;
   double max_depth = std::numeric_limits<double>::quiet_NaN(), largest_effort = max_depth;
@@ -69,27 +76,72 @@ WorldOptions world_of(int object, double friction, double mass, std::pair<double
   return out;
 }
 
+/// The scenario of moves before a run of the task; a file is read for its scene.
+execution::TouchScenario scenario_of(const TouchFirst& first, const tasks::Task& task) {
+  if (const auto* given = std::get_if<execution::TouchScenario>(&first)) {
+    if (tasks::make_scene_text(*given->arm.model) != task.scene_text)
+      core::throw_invalid("touch_first", fmt::format("a scenario with another scene than that of task '{}'", task.name),
+                          "one with the key `task` that names this task, or a file");
+    if (given->moves.empty()) core::throw_invalid("touch_first", "a scenario with a goal", "one with moves");
+    execution::TouchScenario out = *given;
+    out.arm.model = task.model;
+    out.arm.objects = task.problem.q_start.head(task.model->n_qu());
+    out.arm.start = task.problem.q_start.tail(task.model->n_a());
+    return out;
+  }
+  const auto* name = std::get_if<std::string>(&first);
+  const auto file = file_of(name ? ScenarioFile(*name) : ScenarioFile(std::get<std::filesystem::path>(first)));
+  return tasks::load_touch_scenario(file, task);
+}
+
+/// Carries out the moves and corrects the task. @returns whether the run may begin
+bool feel(const TouchFirst& first, const WorldOptions& world, const core::RunControl& control, tasks::Task& task, RunOutcome& out) {
+  const nb::gil_scoped_release unlocked;
+  const execution::TouchScenario scenario = scenario_of(first, task);
+  execution::TouchRunOptions options;
+  options.seed = world.seed;
+  options.control = control;
+  GuardedResult& felt = out.touch.emplace();
+  (void)tasks::touch_first(scenario, world, options, task, felt.result);  // the status is in the result
+  name_moves(scenario, felt);
+  if (felt.result.reached) return true;
+  out.result.status = felt.result.status == core::Status::Solved ? core::Status::MaxIterations : felt.result.status;
+  out.result.end = RunEnd::Unfelt;
+  out.result.message = fmt::format("before the run: {}", felt.result.reason);
+  return false;
+}
+
 std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plant, const std::optional<OptionsLike>& options,
                                 std::optional<std::uint64_t> seed, double speed, int replans, double duration, double friction_scale,
                                 double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
                                 const std::vector<PushLike>& pushes, int threads, double timeout_s, double plan_timeout_s,
                                 std::optional<double> plan_processor_s, double planning_rate, std::optional<double> plan_step_time_s,
-                                bool active_hold, bool join, bool finger_gait, const Callback& on_progress, const OnSample& on_sample) {
+                                bool active_hold, bool join, bool finger_gait, const std::optional<TouchFirst>& touch_first,
+                                const Callback& on_progress, const OnSample& on_sample) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
-  const world::Model& model = *task.model;
-  planning::PlannerOptions planner = given ? tasks::options_of_plan(model, (*given)->file, "plan") : task.options;
+  planning::PlannerOptions planner = given ? tasks::options_of_plan(*task.model, (*given)->file, "plan") : task.options;
   if (options) planner = options_of({task.model, planner}, *options);
   planner.seed = seed.value_or(planner.seed);
   planner.threads = threads;
   planning::Plan plan;
-  Eigen::VectorXd q_start = task.problem.q_start;
   if (given) {
-    plan = tasks::to_plan(model, (*given)->file);
+    plan = tasks::to_plan(*task.model, (*given)->file);
     task.problem.goal = plan.goal;
-    q_start = execution::start_of(model, plan);
+    task.problem.q_start = execution::start_of(*task.model, plan);
   }
   const int object = task.problem.goal.object;
+  const WorldOptions differs = world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed);
+  if (touch_first && !own_plant.is_none())
+    core::throw_invalid("touch_first", "moves beside a plant of one's own", "plant=None: moves are carried out in the simulation");
+  Watcher watcher(on_progress);
+  const core::RunControl control = watcher.control(timeout_s);
+  auto out = std::make_unique<RunOutcome>();
+  if (touch_first && !feel(*touch_first, differs, control, task, *out)) {
+    watcher.rethrow();
+    return out;
+  }
+  const world::Model& model = *task.model;
   RunOptions how;
   how.replans = replans;
   how.duration = duration;
@@ -101,14 +153,13 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   how.join = join;
   how.plan_step_time = plan_step_time_s;
   how.speed = execution::calc_run_speeds(model, object, speed);
-  const execution::PartedStart parted =
-      own_plant.is_none() ? execution::part_start(task.model, q_start, planner.step_options(model)) : execution::PartedStart{.q = q_start};
-  execution::SimulatedPlant simulated(task.model, parted.q,
-                                      world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed));
+  const Eigen::VectorXd& q_start = task.problem.q_start;
+  const execution::PartedStart parted = own_plant.is_none() && !touch_first
+                                            ? execution::part_start(task.model, q_start, planner.step_options(model))
+                                            : execution::PartedStart{.q = q_start};
+  execution::SimulatedPlant simulated(touch_first ? out->touch->result.world : task.model, parted.q, differs);
   OwnPlant own(own_plant);
   execution::Driver& plant = own_plant.is_none() ? static_cast<execution::Driver&>(simulated) : own;
-  Watcher watcher(on_progress);
-  const core::RunControl control = watcher.control(timeout_s);
   const auto start = core::RunControl::Clock::now();
   execution::HandlingWatch handling(simulated);
   how.on_sample = [&](const execution::RunSample& sample) {
@@ -121,7 +172,6 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
                          .elapsed_s = core::seconds_since(start)});
     if (on_sample) watcher.ask([&] { (*on_sample)(look_at(sample, own_plant.is_none() ? &simulated : nullptr)); });
   };
-  auto out = std::make_unique<RunOutcome>();
   out->start_overlap = parted.overlap;
   out->start_moved = parted.moved;
   {
@@ -150,7 +200,8 @@ void bind_parts(nb::module_& m) {
       .value("TimeUp", RunEnd::TimeUp, "`duration` is over")
       .value("Deadline", RunEnd::Deadline, "`timeout_s` is over")
       .value("Cancelled", RunEnd::Cancelled)
-      .value("Silent", RunEnd::Silent, "the plant does not answer");
+      .value("Silent", RunEnd::Silent, "the plant does not answer")
+      .value("Unfelt", RunEnd::Unfelt, "guarded moves before the run did not end as they should");
   nb::enum_<RunState>(m, "RunState", "What a run does at a moment.")
       .value("Hold", RunState::Hold, "commands rest: something settles, or the goal has to hold")
       .value("Push", RunState::Push, "the robot pushes")
@@ -199,6 +250,9 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("reached", [](const RunOutcome& r) { return r.result.reached(); })
       .def_prop_ro("error", of(&RunResult::error), "of the object at the end, as measured")
       .def_ro("true_error", &RunOutcome::true_error, "... and as it is; of a plant of one's own as measured")
+      .def_prop_ro(
+          "touch", [](const RunOutcome& r) { return r.touch ? &*r.touch : nullptr; }, nb::rv_policy::reference_internal,
+          "what became of the moves of touch_first; None: there were none")
       .def_prop_ro("duration_s", of(&RunResult::duration_s), "by the clock of the plant [s]")
       .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans")
       .def_prop_ro("wall_s", of(&RunResult::wall_s))
@@ -242,7 +296,7 @@ void bind_run(nb::module_& m) {
         "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
         "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate,
         "plan_step_time_s"_a = nb::none(), "active_hold"_a = standard.active_hold, "join"_a = standard.join,
-        "finger_gait"_a = standard.finger_gait, "on_progress"_a = nb::none(), "on_sample"_a = nb::none(),
+        "finger_gait"_a = standard.finger_gait, "touch_first"_a = nb::none(), "on_progress"_a = nb::none(), "on_sample"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
@@ -266,6 +320,8 @@ void bind_run(nb::module_& m) {
   active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
   join: before the planner searches, the plan before is gone on with, where that leads to the goal.
   finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
+  touch_first: guarded moves that are carried out first, in the world in which the run goes on (docs/guarded_moves.md): a TouchScenario of
+    this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them.
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
 

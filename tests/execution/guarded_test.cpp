@@ -118,7 +118,7 @@ class Feeling : public testing::Test {
   void start(Observer& observer) {
     for (int k = 0; k < 50; ++k) (void)observer.next(rest);  // its lag
     feeler.listen();
-    for (int k = 0; k < 100; ++k) EXPECT_FALSE(feeler.update(observer.next(rest)));
+    for (int k = 0; k < 100; ++k) EXPECT_FALSE(feeler.update(observer.next(rest), scenario.arm.start));
     feeler.start();
   }
   VectorXd push(double newtons) {
@@ -132,7 +132,7 @@ TEST_F(Feeling, NothingIsFeltAtRestForTwoMinutes) {
   Observer observer(scenario.arm, 1);
   start(observer);
   int alarms = 0;
-  for (int k = 0; k < 24000; ++k) alarms += feeler.update(observer.next(rest));
+  for (int k = 0; k < 24000; ++k) alarms += feeler.update(observer.next(rest), scenario.arm.start);
   EXPECT_EQ(alarms, 0) << "rows of an observer depend on each other: what takes them for white alarms";
 }
 
@@ -141,11 +141,11 @@ TEST_F(Feeling, PushOnTheHand_IsNoticedWithin25MillisecondsAndIsOnTheHandWithIts
   start(observer);
   const VectorXd tau = rest + push(3);
   int rows = 1;
-  while (!feeler.update(observer.next(tau)) && rows < 1000) ++rows;
+  while (!feeler.update(observer.next(tau), scenario.arm.start) && rows < 1000) ++rows;
   EXPECT_LE(rows * scenario.arm.period, 0.025);
   EXPECT_LE(feeler.age(), 0.03);
   feeler.settle();
-  for (int k = 0; k < 60; ++k) ASSERT_TRUE(feeler.update(observer.next(tau)));
+  for (int k = 0; k < 60; ++k) ASSERT_TRUE(feeler.update(observer.next(tau), scenario.arm.start));
   const sensing::SenseResult& sensed = feeler.identify(scenario.arm.start);
   const int hand = feeler.sensor().link_index("arm/link_7");
   EXPECT_GT(sensed.posterior.links[static_cast<std::size_t>(hand)], 0.5);

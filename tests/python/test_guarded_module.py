@@ -23,7 +23,7 @@ def scenario(name: str) -> dict:
 
 def test_guarded_moves_from_python_say_what_each_felt() -> None:
     done = st.guarded_moves("lower_until_touch", seed=1)
-    assert done.status == st.Status.Solved and done.reached and done.reason == ""
+    assert done.status == st.Status.Solved and done.reached and done.reason == "" and done.friction is None
     assert [move.name for move in done.moves] == ["lower", "lift", "aside", "near", "again"]
     lower = done.moves[0]
     assert lower.outcome == st.MoveOutcome.Felt and done.moves[1].outcome == st.MoveOutcome.Arrived

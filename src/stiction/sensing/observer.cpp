@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
@@ -94,6 +95,20 @@ class Momentum {
   Eigen::Matrix3Xd J_w_, J_v_;
 };
 
+/// Least squares of dry friction, viscous friction and offset. Friction takes energy out: one that comes out below 0 is none, and the others are fitted without it.
+Vector3d solve_friction(const MatrixXd& columns, const VectorXd& torques) {
+  Vector3d out = columns.colPivHouseholderQr().solve(torques);
+  if (out[0] >= 0 && out[1] >= 0) return out;
+  const Index none = out[1] < 0 ? 1 : 0, other = 1 - none;
+  MatrixXd rest(columns.rows(), 2);
+  rest << columns.col(other), columns.col(2);
+  const Eigen::Vector2d x = rest.colPivHouseholderQr().solve(torques);
+  out[none] = 0;
+  out[other] = std::max(0.0, x[0]);
+  out[2] = x[0] >= 0 ? x[1] : torques.mean();
+  return out;
+}
+
 /// Gain of a first-order low-pass over a step, exact for an input that is held.
 double gain_of(double dt, double time_constant) { return -std::expm1(-dt / time_constant); }
 
@@ -129,13 +144,25 @@ MatrixXd observe(const world::Model& model, const MotionRecord& record, const Ob
 }
 
 JointFriction identify_friction(const world::Model& model, const MotionRecord& record, double time_constant, double stiction_speed) {
-  core::require_positive("stiction_speed", stiction_speed);
   const MatrixXd r = observe(model, record, {.time_constant = time_constant});
-  const Index n = model.n_a(), count = record.v.cols();
-  JointFriction out{VectorXd(n), VectorXd(n), VectorXd(n), stiction_speed};
-  MatrixXd columns(count, 3);
+  return fit_friction(model, record.times, record.v, r, time_constant, stiction_speed);
+}
+
+JointFriction fit_friction(const world::Model& model, const std::vector<double>& times, const MatrixXd& velocities, const MatrixXd& r,
+                           double time_constant, double stiction_speed) {
+  core::require_positive("time_constant", time_constant);
+  core::require_positive("stiction_speed", stiction_speed);
+  const Index n = model.n_a(), count = velocities.cols();
+  constexpr Index kTerms = 3;
+  if (count <= kTerms) core::throw_invalid("t", fmt::format("{} moments", count), fmt::format("more than {}", kTerms));
+  core::require_size("qd: joints", velocities.rows(), n);
+  core::require_size("r: joints", r.rows(), n);
+  core::require_size("r: moments", r.cols(), count);
+  core::require_size("t", static_cast<Index>(times.size()), count);
+  JointFriction out{VectorXd(n), VectorXd(n), VectorXd(n), stiction_speed, VectorXd(n)};
+  MatrixXd columns(count, kTerms);
   for (Index j = 0; j < n; ++j) {
-    const Eigen::RowVectorXd v = record.v.row(j);
+    const Eigen::RowVectorXd v = velocities.row(j);
     if (!(v.maxCoeff() > stiction_speed && v.minCoeff() < -stiction_speed))
       core::throw_invalid("qd",
                           fmt::format("velocities from {:.3g} to {:.3g} of joint '{}'", v.minCoeff(), v.maxCoeff(),
@@ -144,14 +171,15 @@ JointFriction identify_friction(const world::Model& model, const MotionRecord& r
     const auto regressors = [&](Index i) { return Eigen::RowVector3d(std::tanh(v[i] / stiction_speed), v[i], 1); };
     columns.row(0).setZero();
     for (Index i = 1; i < count; ++i) {
-      const double dt = record.times[static_cast<std::size_t>(i)] - record.times[static_cast<std::size_t>(i) - 1];
+      const double dt = times[static_cast<std::size_t>(i)] - times[static_cast<std::size_t>(i) - 1];
       const Eigen::RowVector3d mean = 0.5 * (regressors(i) + regressors(i - 1));
       columns.row(i) = columns.row(i - 1) + gain_of(dt, time_constant) * (mean - columns.row(i - 1));
     }
-    const Vector3d x = -columns.colPivHouseholderQr().solve(r.row(j).transpose());
+    const Vector3d x = solve_friction(columns, -r.row(j).transpose());
     out.coulomb[j] = x[0];
     out.viscous[j] = x[1];
     out.offset[j] = x[2];
+    out.left[j] = (r.row(j).transpose() + columns * x).norm() / std::sqrt(static_cast<double>(count - kTerms));
   }
   return out;
 }

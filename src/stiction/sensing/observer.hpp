@@ -20,6 +20,7 @@ struct JointFriction {
   Eigen::VectorXd viscous;                  ///< F_v [N·m s/rad; N s/m]
   Eigen::VectorXd offset;                   ///< [N·m; N]
   double stiction_speed = 0.01;             ///< v₀, below which friction has no sure sign [rad/s or m/s], > 0
+  Eigen::VectorXd left{};                   ///< deviation of the torques that the fit leaves, their noise included [N·m; N]
   Eigen::VectorXd calc(VectorRef v) const;  ///< what motors lose, with the offset (n_a)
 };
 
@@ -35,9 +36,14 @@ struct ObserverSettings {
 /// Tests: tests/sensing/observer_test.cpp
 Eigen::MatrixXd observe(const world::Model& model, const MotionRecord& record, const ObserverSettings& settings = {});
 
-/// Friction from motion in which nothing touches the robot: what r is without friction, by least squares on the same low-pass of tanh(q̇/v₀), q̇ and 1.
+/// Friction from motion in which nothing touches the robot: what r is without friction, by least squares on the same low-pass of tanh(q̇/v₀), q̇ and 1. Friction is not
+/// negative.
 /// @throws core::InvalidInput: as observe(); a joint that does not move in both directions, named
 JointFriction identify_friction(const world::Model& model, const MotionRecord& record, double time_constant = 0.02,
                                 double stiction_speed = 0.01);
+
+/// The same from an observer that knows of no friction. @param v, r  joint velocities and what the observer said (n_a × moments)
+JointFriction fit_friction(const world::Model& model, const std::vector<double>& times, const Eigen::MatrixXd& v, const Eigen::MatrixXd& r,
+                           double time_constant, double stiction_speed = 0.01);
 
 }  // namespace stiction::sensing

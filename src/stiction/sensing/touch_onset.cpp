@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
@@ -70,6 +71,10 @@ void OnsetOptions::validate(Index n) const {
     core::require_size("drift", drift.size(), n);
     for (const double x : drift) core::require_nonnegative("drift", x);
   }
+  if (friction.size() != 0) {
+    core::require_size("friction", friction.size(), n);
+    for (const double x : friction) core::require_nonnegative("friction", x);
+  }
   if (!(false_alarms > 0 && false_alarms < 0.1))
     core::throw_invalid("false_alarms", fmt::format("{}", false_alarms), "a number in (0, 0.1)");
   core::require_positive("shift", shift);
@@ -97,6 +102,7 @@ TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(st
   if (options_.noise.cols() == 1) options_.noise = MatrixXd(options_.noise.col(0).array().square().matrix().asDiagonal());
   bound_ = calc_onset_bound(rest.size(), 0.5 * options_.shift, options_.false_alarms);
   P_ = options_.noise / options_.rest_rows;
+  sign_.setZero(rest.size());
   restart();
 }
 
@@ -141,14 +147,29 @@ bool TouchOnset::is_quiet(const VectorXd& z) {
   return quiet_rows_ >= options_.quiet;
 }
 
-bool TouchOnset::update(VectorRef tau, double dt) {
+/// What friction may have changed by adds to the variance of the offset, up to that of a joint that sticks: any torque within ± its dry friction is as likely.
+void TouchOnset::loosen(VectorRef sign, double dt) {
+  constexpr double kCreep = 0.5;  // in which the torque of a joint that sticks may become any other [s]
+  for (Index j = 0; j < options_.friction.size(); ++j) {
+    const double most = options_.friction[j] * options_.friction[j] / 3;
+    const double changed = std::abs(sign[j] - sign_[j]) + dt / kCreep * (1 - sign[j] * sign[j]);
+    P_(j, j) += std::clamp(most - P_(j, j), 0.0, changed * most);
+  }
+  sign_ = sign;
+}
+
+bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
   core::require_size("tau", tau.size(), offset_.size());
   core::require_finite("tau", {tau.data(), static_cast<std::size_t>(tau.size())});
   core::require_positive("dt", dt);
+  core::require_size("sign", sign.size(), offset_.size());
+  loosen(sign, dt);
   const MatrixXd walk = options_.drift.size() == 0 ? MatrixXd::Zero(tau.size(), tau.size())
                                                    : MatrixXd(dt * options_.drift.array().square().matrix().asDiagonal());
   P_ += walk;
-  const Eigen::LLT<MatrixXd> factor(P_ + options_.noise);
+  MatrixXd variance = P_ + options_.noise;
+  if (alarm_ && options_.friction.size() != 0) variance.diagonal() += options_.friction.cwiseAbs2();  // as in noise()
+  const Eigen::LLT<MatrixXd> factor(variance);
   const VectorXd innovation = tau - (alarm_ ? held_ : offset_), z = factor.matrixL().solve(innovation);
   if (alarm_) {
     total_ += tau;
@@ -180,6 +201,8 @@ VectorXd TouchOnset::mean() const { return rows_ > 0 ? VectorXd(total_ / rows_) 
 
 MatrixXd TouchOnset::noise() const {
   MatrixXd out = held_P_ + options_.noise / std::max(1, rows_);
+  // What touches stops the joints, and one that sticks bears torques up to its dry friction, of which its motor shows nothing.
+  if (options_.friction.size() != 0) out.diagonal() += options_.friction.cwiseAbs2();
   if (options_.drift.size() != 0) out.diagonal().array() += since_ * options_.drift.array().square();
   return out;
 }

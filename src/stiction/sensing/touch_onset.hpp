@@ -11,6 +11,8 @@ namespace stiction::sensing {
 struct OnsetOptions {
   Eigen::MatrixXd noise;    ///< covariance of one row of torques about its slow offset (n × n) [(N·m)²]
   Eigen::VectorXd drift{};  ///< of that offset, a random walk (n) [N·m/√s]; empty: none
+  /// Dry friction of joints, of which torques have an unknown part while a joint sticks or turns round (n) [N·m; N], ≥ 0; empty: none.
+  Eigen::VectorXd friction{};
   double false_alarms =
       1.0 / (3600 * 200);  ///< share of rows at which an alarm begins where nothing touches, in (0, 0.1): once an hour at 200 Hz
   double shift = 2;        ///< change of the torques that is to be found soonest, in deviations of their noise, > 0
@@ -33,7 +35,10 @@ class TouchOnset {
   TouchOnset(const Eigen::VectorXd& rest, OnsetOptions options);
 
   /// A row of torques. @param dt  since the one before [s], > 0  @returns whether something touches  @throws core::InvalidInput: sizes, not finite
-  bool update(VectorRef tau, double dt);
+  bool update(VectorRef tau, double dt) { return update(tau, dt, Eigen::VectorXd::Zero(tau.size())); }
+  /// The same where joints have friction. @param sign  of it, tanh(q̇/v₀) (n). By as much as the sign changed, and while a joint sticks within half a second, the offset
+  /// may have changed within ± the dry friction.
+  bool update(VectorRef tau, double dt, VectorRef sign);
 
   bool touches() const { return alarm_; }
   int rows() const { return rows_; }                     ///< since the touch began, or since the sum was last 0
@@ -52,10 +57,11 @@ class TouchOnset {
   void restart();
   void find_beginning();
   bool is_quiet(const Eigen::VectorXd& innovation);
+  void loosen(VectorRef sign, double dt);
 
   OnsetOptions options_;
   double bound_;
-  Eigen::VectorXd offset_, held_, sum_, total_;
+  Eigen::VectorXd offset_, held_, sum_, total_, sign_;
   Eigen::MatrixXd P_, held_P_;  ///< variance of the offset
   std::deque<Row> recent_;
   double since_ = 0;  ///< time since the touch began [s]

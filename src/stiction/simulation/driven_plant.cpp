@@ -82,13 +82,17 @@ struct DrivenPlant::Impl {
 
   /// What the observer knows of the friction of joints.
   void take_off_friction() {
-    constexpr double kStictionSpeed = 0.01;  // [rad/s or m/s]
-    const std::optional<double>& error = observer->options().friction_error;
+    const ObserverOptions& known = observer->options();
+    if (known.coulomb.size() > 0) {
+      n -= known.coulomb.cwiseProduct((v_a / known.stiction_speed).array().tanh().matrix()) + known.viscous.cwiseProduct(v_a);
+      return;
+    }
+    const std::optional<double>& error = known.friction_error;
     if (!error || !plant->options().joint_friction) return;
     const world::Model& model = plant->model();
     for (Eigen::Index j = 0; j < n.size(); ++j) {
       const world::Dof& dof = model.dofs()[at(model.n_vu() + j)];
-      n[j] -= (1 + *error) * (dof.friction * std::tanh(v_a[j] / kStictionSpeed) + dof.damping * v_a[j]);
+      n[j] -= (1 + *error) * (dof.friction * std::tanh(v_a[j] / known.stiction_speed) + dof.damping * v_a[j]);
     }
   }
 

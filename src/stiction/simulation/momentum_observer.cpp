@@ -18,6 +18,10 @@ void ObserverOptions::validate() const {
   core::require_finite("observer.rest", {rest.data(), static_cast<std::size_t>(rest.size())});
   for (const double s : drift) core::require_nonnegative("observer.drift", s);
   core::require_nonnegative("observer.bias", bias);
+  core::require_positive("observer.stiction_speed", stiction_speed);
+  core::require_size("observer.viscous", viscous.size(), coulomb.size());
+  core::require_finite("observer.coulomb", {coulomb.data(), static_cast<std::size_t>(coulomb.size())});
+  core::require_finite("observer.viscous", {viscous.data(), static_cast<std::size_t>(viscous.size())});
   core::require_nonnegative("observer.bias_reach", bias_reach);
   core::require_finite("observer.inertia_error", inertia_error);
   if (friction_error && !(*friction_error > -1))
@@ -31,6 +35,7 @@ MomentumObserver::MomentumObserver(Eigen::Index joints, double period, const Obs
   core::require_positive("observer.period", period);
   gain_ = period / (options.time_constant + period);
   if (options.joint_noise.size() > 0) core::require_size("observer.joint_noise", options.joint_noise.size(), joints);
+  if (options.coulomb.size() > 0) core::require_size("observer.coulomb", options.coulomb.size(), joints);
   if (options.rest.size() > 0) core::require_size("observer.rest", options.rest.size(), joints);
   if (options.drift.size() > 0) core::require_size("observer.drift", options.drift.size(), joints);
   sensor_noise_ = options.joint_noise.size() > 0 ? options.joint_noise : Eigen::VectorXd::Constant(joints, options.noise).eval();

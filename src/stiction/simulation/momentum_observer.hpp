@@ -19,9 +19,12 @@ struct ObserverOptions {
   double bias_reach =
       0;  ///< distance in joint positions over which offsets change, as those of real arms do with posture [rad; m], ≥ 0; 0: constant
   double inertia_error = 0;  ///< share by which the masses that it knows are too large [-], > −1
-  /// Share by which the friction that it takes off is too large, F_c tanh(q̇/v₀) + F_v q̇ of joints that have any, v₀ = 0.01 rad/s or m/s, > −1; nullopt: it knows of none,
+  /// Share by which the friction that it takes off is too large, F_c tanh(q̇/v₀) + F_v q̇ of joints that have any, > −1; nullopt: it knows of none,
   /// and friction is external to it.
   std::optional<double> friction_error{};
+  /// F_c and F_v of each joint in its place (n): what an arm found of its own friction [N m; N], [N m s/rad; N s/m]; both empty: as `friction_error` says.
+  Eigen::VectorXd coulomb{}, viscous{};
+  double stiction_speed = 0.01;  ///< v₀ [rad/s or m/s], > 0
   std::uint64_t seed = 0;         ///< of noise and bias
   Eigen::VectorXd joint_noise{};  ///< `noise` of each joint (n); empty: `noise` in all
   Eigen::VectorXd rest{};         ///< what the estimates are where nothing acts, as after a calibration (n) [N m; N]; empty: 0

@@ -176,9 +176,11 @@ void read_arm(const YamlNode& top, std::span<const std::filesystem::path> packag
   if (top.file().has_filename()) out.file = top.file();  // a text in memory has a folder
   out.name = out.file.empty() ? top.string_or("name", "scenario") : top.at("name").string();
   out.description = top.string_or("description", "");
-  out.model = world::Model::make(world::read_scene(top.at("scene"), package_dirs));
-  if (out.model->n_a() == 0) top.at("scene").fail("a scene without a robot", "one with a robot");
-  out.start = read_posture(top.at("start"), *out.model);
+  if (!out.model) {
+    out.model = world::Model::make(world::read_scene(top.at("scene"), package_dirs));
+    if (out.model->n_a() == 0) top.at("scene").fail("a scene without a robot", "one with a robot");
+    out.start = read_posture(top.at("start"), *out.model);
+  }
   out.plant.damping_ratio = 0;
   if (const auto plant = top.find("plant")) read_plant(*plant, out);
   if (const auto controller = top.find("controller")) read_controller(*controller, out);

@@ -10,7 +10,7 @@
 
 namespace stiction::tasks {
 
-/// The keys name, description, scene, start, controller, plant, estimator of a map. @throws core::InvalidInput
+/// The keys name, description, scene, start, controller, plant, estimator of a map; where `out` has a model, that and its start stay. @throws core::InvalidInput
 void read_arm(const world::YamlNode& top, std::span<const std::filesystem::path> package_dirs, execution::ControlScenario& out);
 
 /// Joints within their limits (n_a). @throws core::InvalidInput

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <system_error>
 
@@ -150,6 +151,26 @@ void set_start(Task& task, Eigen::Ref<const Eigen::VectorXd> q) {
   task.problem.q_start = q;
   if (task.problem.goal.bystanders) task.problem.goal.bystanders->q_u = q.head(task.model->n_qu());
   task.start_from_command_line = true;
+}
+
+void set_places(Task& task, const std::map<std::string, Eigen::Vector3d>& places) {
+  world::Scene scene = task.model->scene();
+  nlohmann::ordered_json text;
+  for (const auto& [name, p_W] : places) {
+    core::require_finite(fmt::format("places.{}", name), {p_W.data(), 3});
+    const auto body = std::ranges::find(scene.fixed, name, &world::FixedSpec::name);
+    if (body == scene.fixed.end()) core::throw_invalid("places", fmt::format("'{}'", name), "names of fixed bodies of the scene");
+    body->X_WB.p = p_W;
+    text[name] = {p_W.x(), p_W.y(), p_W.z()};
+  }
+  task.model = task.problem.model = Model::make(scene);
+  task.scene_text = make_scene_text(*task.model);
+  task.scene_sha256 = core::sha256(task.scene_text);
+  if (!task.text.empty() || places.empty()) return;
+  task.text =
+      nlohmann::ordered_json{{"base", task.file.filename().generic_string()}, {"name", task.name}, {"scene", {{"places", text}}}}.dump();
+  task.file = task.file.parent_path() / "";
+  task.builtin = false;
 }
 
 trajopt::OptimizeInput make_optimize_input(const Task& task) {

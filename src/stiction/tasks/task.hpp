@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -56,6 +57,11 @@ Task parse_task(const std::string& text, const std::filesystem::path& folder);
 
 /// Replaces the start. @param q  configuration (n_q)   @throws core::InvalidInput: size, not finite, quaternions that are not of length 1
 void set_start(Task& task, Eigen::Ref<const Eigen::VectorXd> q);
+
+/// Puts fixed bodies elsewhere: a scene, and a text that says so where the task is of a file; the start and the goal stay.
+/// @param places  positions in the world [m] by name, as of the key `places` of a scene
+/// @throws core::InvalidInput: no such fixed body, not finite
+void set_places(Task& task, const std::map<std::string, Eigen::Vector3d>& places);
 
 /// Replaces the goal pose: x y z [m] roll pitch yaw [rad] for a free object, its coordinates for any other. Tolerances stay.
 /// @throws core::InvalidInput: wrong number of values, not finite

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "stiction/tasks/arm_section.hpp"
+#include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
 
 namespace stiction::tasks {
@@ -49,10 +50,24 @@ std::string read_fixed_name(const YamlNode& node, const world::Scene& scene) {
   return name;
 }
 
+/// A free object of the scene, by its name.
+int read_free_object(const YamlNode& node, const world::Scene& scene) {
+  std::vector<std::string> names;
+  for (const auto& object : scene.objects) names.push_back(object.name);
+  const std::string name = node.string();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) node.fail_unknown("object", name, names);
+  const auto index = static_cast<std::size_t>(found - names.begin());
+  if (scene.objects[index].joint != world::ObjectJoint::Free) node.fail(fmt::format("'{}', which hangs on a joint", name), "a free object");
+  return static_cast<int>(index);
+}
+
 MisplacedBody read_misplaced(const YamlNode& node, const world::Scene& scene) {
-  node.require_map({"body", "position"});
+  node.require_map({"body", "position", "objects"});
   MisplacedBody out{read_fixed_name(node.at("body"), scene), node.at("position").vector3()};
   if (out.position_spread.minCoeff() < 0) node.at("position").fail("three numbers ≥ 0");
+  if (const auto objects = node.find("objects"))
+    for (const YamlNode& object : objects->items()) out.objects.push_back(read_free_object(object, scene));
   return out;
 }
 
@@ -135,17 +150,44 @@ std::vector<std::string> names_of(const world::Scene& scene) {
   return out;
 }
 
-TouchScenario read_scenario(const YamlNode& top, std::span<const std::filesystem::path> package_dirs) {
-  top.require_map({"name", "description", "scene", "start", "goal", "speed", "max_touches", "tolerance", "unknown", "misplaced", "tool",
-                   "moves", "controller", "plant", "estimator"});
+/// Scene and start are those of a task.
+void take_scene(const Task& task, execution::ControlScenario& out) {
+  const Eigen::VectorXd& q = task.problem.q_start;
+  out.model = task.model;
+  out.objects = q.head(task.model->n_qu());
+  out.start = q.tail(task.model->n_a());
+}
+
+/// The task that a scenario names: a built-in one, or a file relative to that of the scenario.
+Task load_task_of(const YamlNode& node) {
+  const std::string name = node.string();
+  return load_task(name.ends_with(".yaml") || name.ends_with(".yml") ? (node.file().parent_path() / name).string() : name);
+}
+
+/// @param task  in place of the one that the scenario names; null: that
+TouchScenario read_scenario(const YamlNode& top, std::span<const std::filesystem::path> package_dirs, const Task* task = nullptr) {
+  top.require_map({"name", "description", "task", "scene", "start", "goal", "speed", "max_touches", "tolerance", "unknown", "misplaced",
+                   "friction_motion", "tool", "moves", "controller", "plant", "estimator"});
   TouchScenario out;
   out.arm.contacts = ContactSource::Estimated;
+  if (const auto named = top.find("task")) {
+    for (const char* key : {"scene", "start"})
+      if (top.has(key)) top.at(key).fail(fmt::format("{} beside task", key), "one of them: a task has a scene and a start");
+    take_scene(task ? *task : load_task_of(*named), out.arm);
+  } else if (task) {
+    top.at("scene").fail("a scene of its own", fmt::format("`task: {}` in place of scene and start", task->name));
+  }
   read_arm(top, package_dirs, out.arm);
   if (out.arm.contacts != ContactSource::Estimated)
     top.at("estimator").at("contacts").fail("estimated: this arm feels joint torques alone");
-  if (top.has("goal") == top.has("moves")) top.fail("one of goal, moves");
+  if (task && top.has("goal")) top.at("goal").fail("a posture to go to", "moves: a run begins with these");
+  if (!task && top.has("goal") == top.has("moves")) top.fail("one of goal, moves");
   if (const auto goal = top.find("goal")) out.goal = read_posture(*goal, *out.arm.model);
   if (top.has("moves")) read_moves(top, out);
+  if (const auto motion = top.find("friction_motion")) {
+    if (out.moves.empty()) motion->fail("friction_motion without moves", "moves, of which guarded ones use it");
+    out.friction_motion = motion->positive();
+  }
   out.speed = top.positive_or("speed", out.speed);
   out.tolerance = top.positive_or("tolerance", out.tolerance);
   if (const auto most = top.find("max_touches")) out.max_touches = most->positive_int();
@@ -171,6 +213,12 @@ TouchScenario load_touch_scenario(const std::filesystem::path& file, std::span<c
 TouchScenario parse_touch_scenario(const std::string& text, const std::filesystem::path& folder,
                                    std::span<const std::filesystem::path> package_dirs) {
   return read_scenario(world::parse_yaml_with_base(text, folder), package_dirs);
+}
+
+TouchScenario load_touch_scenario(const std::filesystem::path& file, const Task& task) {
+  TouchScenario out = read_scenario(world::load_yaml_with_base(file), {}, &task);
+  out.arm.file = file;
+  return out;
 }
 
 }  // namespace stiction::tasks

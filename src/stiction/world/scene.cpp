@@ -37,7 +37,7 @@ class SceneReader {
   Scene read() {
     node_.require_map();
     faults_.collect([&] {
-      node_.require_map({"name", "file", "robot", "gravity", "contact_distance", "max_contacts", "robots", "objects", "fixed", "filters"});
+      node_.require_map({"name", "file", "robot", "gravity", "contact_distance", "max_contacts", "robots", "objects", "fixed", "places", "filters"});
     });
     scene_.file = node_.file();
     faults_.collect([&] { scene_.name = node_.string_or("name", node_.file().has_filename() ? node_.file().stem().string() : "scene"); });
@@ -57,7 +57,10 @@ class SceneReader {
       scene_.fixed.push_back(read_fixed(item));
       add_owner(item, scene_.fixed.back().name, scene_.fixed.back().geometries);
     });
-    faults_.raise();  // names that filters may have are known then
+    faults_.raise();  // names that places and filters may have are known then
+    faults_.collect([&] {
+      if (const auto places = node_.find("places")) read_places(*places);
+    });
     each("filters", [&](const YamlNode& item) { scene_.filters.push_back(read_filter(item, names_)); });
     faults_.raise();
     return std::move(scene_);
@@ -71,6 +74,20 @@ class SceneReader {
       if (!list) return;
       for (const YamlNode& item : list->items()) faults_.collect([&] { read(item); });
     });
+  }
+
+  /// Fixed bodies that are elsewhere than their entries say.
+  void read_places(const YamlNode& node) {
+    for (const auto& [name, position] : node.entries()) {
+      const auto body = std::ranges::find(scene_.fixed, name, &FixedSpec::name);
+      if (body != scene_.fixed.end()) {
+        body->X_WB.p = position.vector3();
+        continue;
+      }
+      std::vector<std::string> known;
+      for (const FixedSpec& fixed : scene_.fixed) known.push_back(fixed.name);
+      position.fail_unknown("fixed body", name, known);
+    }
   }
 
   void add_owner(const YamlNode& item, const std::string& name, const std::vector<GeometrySpec>& geometries) {

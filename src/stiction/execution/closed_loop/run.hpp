@@ -30,6 +30,7 @@ enum class RunEnd {
   Deadline,   ///< of the RunControl
   Cancelled,  ///< by the RunControl
   Silent,     ///< the plant does not answer any more, or its objects are not seen any more
+  Unfelt,     ///< guarded moves before it did not end as they should (tasks/touch_first.hpp): run() itself never ends so
 };
 std::string_view to_string(RunState state);
 std::string_view to_string(RunEnd end);

@@ -39,6 +39,8 @@ std::string_view to_string(RunEnd end) {
       return "Cancelled";
     case RunEnd::Silent:
       return "Silent";
+    case RunEnd::Unfelt:
+      return "Unfelt";
   }
   return "";
 }

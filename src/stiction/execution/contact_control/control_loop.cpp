@@ -65,9 +65,7 @@ struct ControlLoop::Impl {
         kinematics_work(model) {
     core::require_size("world: joints", world.n_a(), model.n_a());
     core::require_size("world: configuration", world.n_q(), model.n_q());
-    Eigen::VectorXd q = model.neutral();
-    q.tail(model.n_a()) = s.start;
-    plant.reset(q);
+    plant.reset(calc_start(s));
     controller.configure(s.start);
     q_cmd = s.start;
     if (s.tool >= 0) X_WT_start = calc_tool_pose();

@@ -25,6 +25,13 @@ ContactEstimatorOptions make_estimator_options(const ControlScenario& scenario) 
   return out;
 }
 
+Eigen::VectorXd calc_start(const ControlScenario& scenario) {
+  Eigen::VectorXd q = scenario.model->neutral();
+  if (scenario.objects.size() > 0) q.head(scenario.objects.size()) = scenario.objects;
+  q.tail(scenario.start.size()) = scenario.start;
+  return q;
+}
+
 void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out) {
   const auto& knots = scenario.knots;
   std::size_t k = 0;

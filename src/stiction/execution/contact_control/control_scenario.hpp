@@ -35,6 +35,7 @@ struct ControlScenario {
   std::filesystem::path file;
   std::shared_ptr<const world::Model> model;
   Eigen::VectorXd start;             ///< joints (n_a)
+  Eigen::VectorXd objects{};         ///< where objects of the scene are at the start (n_qu); empty: as Model::neutral() has them
   int tool = -1;                     ///< link that is tracked; −1: joints are
   world::Pose X_BT;                  ///< of the tool in its link
   std::vector<ReferenceKnot> knots;  ///< at rest in each, between them at s²(3 − 2s); the first at time 0
@@ -57,6 +58,9 @@ void set_lambda_max(ControlScenario& scenario, double lambda_max);
 
 /// The estimator's options with noise and lag of the observer, and with what follows from the bounds of the controller: the force from which contacts count, and F.
 ContactEstimatorOptions make_estimator_options(const ControlScenario& scenario);
+
+/// Objects and joints at the start (n_q).
+Eigen::VectorXd calc_start(const ControlScenario& scenario);
 
 /// The reference at a time: value of the knots there, held after the last one.
 void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out);

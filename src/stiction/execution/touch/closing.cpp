@@ -31,6 +31,7 @@ struct Side {
   Feeler feeler;
   VectorXd from{}, to{};  ///< of all joints; only those of the side count
   double speed = 0;
+  double asked = 0;  ///< speed of the move
   State state = State::Going;
   long ticks = 0;  ///< in this state
   double share = kStart;
@@ -47,7 +48,7 @@ class Closing {
       : scenario_(scenario),
         options_(options),
         out_(out),
-        arm_(make_guarded_arm(scenario, options.seed)),
+        arm_(make_guarded_arm(scenario, out, options.seed)),
         model_(*arm_.model),
         loop_(arm_, out.world),
         kinematics_work_(model_),
@@ -78,7 +79,7 @@ class Closing {
     locate();
     const VectorXd& external = out_.run.samples.back().external;
     for (Side& side : sides_)
-      if (external.size() > 0) side.feeler.update(external);
+      if (external.size() > 0) side.feeler.update(external, q_);
     return go_on_ == Status::Solved;
   }
 
@@ -123,7 +124,8 @@ class Closing {
       if (joints.empty())
         core::throw_invalid("until.links", fmt::format("'{}'", model_.bodies()[static_cast<std::size_t>(link)].name),
                             "links that joints of their own move");
-      sides_.push_back(Side{.link = link, .p_L = find_middle(link), .joints = joints, .feeler = Feeler(arm_, joints)});
+      sides_.push_back(
+          Side{.link = link, .p_L = find_middle(link), .joints = joints, .feeler = Feeler(arm_, joints, found_friction(out_))});
     }
   }
 
@@ -135,7 +137,7 @@ class Closing {
     if (go_on_ != Status::Solved) return;
     for (Side& side : sides_) {
       side.feeler.start();
-      side.from = reference_, side.to = move.posture, side.speed = move.speed;
+      side.from = reference_, side.to = move.posture, side.speed = side.asked = move.speed;
     }
     while (go_on_ == Status::Solved && result.reason.empty()) {
       if (std::all_of(sides_.begin(), sides_.end(), [](const Side& s) { return s.state == Side::State::Done; })) {
@@ -236,7 +238,7 @@ class Closing {
   /// An alarm with nothing behind it.
   void go_again(Side& side) {
     side.from = q_;
-    side.speed *= kSlower;
+    side.speed = std::max(kSlower * side.speed, kSlowest * side.asked);
     side.enter(Side::State::Going);
   }
 

@@ -37,7 +37,7 @@ sensing::SensorOptions make_sensor_options(const ControlScenario& arm, const std
 
 }  // namespace
 
-Feeler::Feeler(const ControlScenario& arm, std::vector<int> joints)
+Feeler::Feeler(const ControlScenario& arm, std::vector<int> joints, const sensing::JointFriction* friction)
     : arm_(arm),
       joints_(std::move(joints)),
       sensor_(sensing::Sensor::make(arm.model, make_sensor_options(arm, joints_))),
@@ -47,7 +47,19 @@ Feeler::Feeler(const ControlScenario& arm, std::vector<int> joints)
   const double whiter = (1 + memory_) / (1 - memory_);
   noise_ = (whiter * select(calc_joint_noise(arm)).array().square()).matrix().asDiagonal();
   if (arm.observer.drift.size() > 0) drift_ = select(arm.observer.drift);
+  if (friction) allow_for(*friction);
+  sign_ = VectorXd::Zero(noise_.rows());
   listen();
+}
+
+/// Dry friction shows where joints stick. What the fit of friction left beside noise wanders with the motion, within about a second.
+void Feeler::allow_for(const sensing::JointFriction& friction) {
+  constexpr double kWander = 1;  // [s]
+  friction_ = select(friction.coulomb.cwiseAbs());
+  stiction_speed_ = friction.stiction_speed;
+  const VectorXd beside = (friction.left.array().square() - calc_joint_noise(arm_).array().square()).max(0.0);
+  if (drift_.size() == 0) drift_ = VectorXd::Zero(noise_.rows());
+  drift_ = (drift_.array().square() + select(beside).array() / kWander).sqrt();
 }
 
 VectorXd Feeler::select(const VectorXd& of_all) const {
@@ -64,11 +76,20 @@ void Feeler::listen() {
 
 void Feeler::start() {
   if (rows_ == 0) core::throw_invalid("rest", "no row", "at least one row while nothing touches");
-  onset_.emplace(sum_ / rows_, sensing::OnsetOptions{.noise = noise_.diagonal().cwiseSqrt(), .drift = drift_, .rest_rows = rows_});
+  onset_.emplace(sum_ / rows_,
+                 sensing::OnsetOptions{.noise = noise_.diagonal().cwiseSqrt(), .drift = drift_, .friction = friction_, .rest_rows = rows_});
   settle();
 }
 
-bool Feeler::update(const VectorXd& external) {
+void Feeler::watch_friction(const VectorXd& q) {
+  if (friction_.size() == 0) return;
+  const VectorXd v = last_q_.size() == 0 ? VectorXd::Zero(q.size()) : VectorXd((q - last_q_) / arm_.period);
+  sign_ = (select(v) / stiction_speed_).array().tanh();
+  last_q_ = q;
+}
+
+bool Feeler::update(const VectorXd& external, const VectorXd& q) {
+  watch_friction(q);
   const VectorXd now = select(external);
   if (last_.size() == 0) {
     last_ = now;
@@ -78,7 +99,7 @@ bool Feeler::update(const VectorXd& external) {
   last_ = now;
   sum_ += row_;
   ++rows_;
-  return onset_ && onset_->update(row_, arm_.period);
+  return onset_ && onset_->update(row_, arm_.period, sign_);
 }
 
 double Feeler::age() const { return touches() ? onset_->rows() * arm_.period : 0; }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stiction/execution/contact_control/control_scenario.hpp"
+#include "stiction/sensing/observer.hpp"
 #include "stiction/sensing/sense.hpp"
 #include "stiction/sensing/touch_onset.hpp"
 
@@ -24,15 +25,16 @@ class Feeler {
  public:
   /// @param arm  whose observer, period and estimator say what is known of torques; it outlives the feeler
   /// @param joints  whose torques are looked at: a touch is looked for on the links that they move; empty: all, and the links that the estimator senses
+  /// @param friction  that the observer takes off; null: none
   /// @throws core::InvalidInput: joints that move no link
-  explicit Feeler(const ControlScenario& arm, std::vector<int> joints = {});
+  explicit Feeler(const ControlScenario& arm, std::vector<int> joints = {}, const sensing::JointFriction* friction = nullptr);
 
   /// Forgets rest and touch: the rows from now on are heard while nothing touches, until start().
   void listen();
   /// The mean of the rows heard is the rest. @throws core::InvalidInput: none was heard
   void start();
-  /// A row of the observer, a period after the one before. @returns whether something touches; false before start()
-  bool update(const Eigen::VectorXd& external);
+  /// A row of the observer, a period after the one before. @param q  joints (n_a)  @returns whether something touches; false before start()
+  bool update(const Eigen::VectorXd& external, const Eigen::VectorXd& q);
 
   bool touches() const { return onset_ && onset_->touches(); }
   double age() const;  ///< of the touch, as far as torques tell [s]
@@ -48,6 +50,8 @@ class Feeler {
   const sensing::Sensor& sensor() const { return *sensor_; }
 
  private:
+  void allow_for(const sensing::JointFriction& friction);
+  void watch_friction(const Eigen::VectorXd& q);
   Eigen::VectorXd select(const Eigen::VectorXd& of_all) const;
 
   const ControlScenario& arm_;
@@ -60,6 +64,9 @@ class Feeler {
   double memory_;                  ///< φ
   Eigen::MatrixXd noise_;          ///< covariance of a row, of joints_
   Eigen::VectorXd drift_;
+  Eigen::VectorXd friction_;  ///< dry, of joints_; empty: none
+  double stiction_speed_ = 1;
+  Eigen::VectorXd last_q_, sign_;     ///< joints of the row before; tanh(q̇/v₀), of joints_
   Eigen::VectorXd last_, row_, sum_;  ///< r_{k−1}, τ_k, of the rows heard or since settle()
   int rows_ = 0;                      ///< in sum_
   std::optional<sensing::TouchOnset> onset_;

@@ -10,6 +10,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/touch/approach.hpp"
 #include "stiction/execution/touch/feeler.hpp"
+#include "stiction/execution/touch/friction_motion.hpp"
 #include "stiction/execution/touch/move_parts.hpp"
 #include "stiction/world/point_jacobian.hpp"
 
@@ -50,9 +51,9 @@ class GuardedRun {
       : scenario_(scenario),
         options_(options),
         out_(out),
-        arm_(make_guarded_arm(scenario, options.seed)),
+        arm_(make_guarded_arm(scenario, out, options.seed)),
         loop_(arm_, out.world),
-        feeler_(arm_),
+        feeler_(arm_, {}, found_friction(out)),
         kinematics_work_(*arm_.model),
         J_(6, arm_.model->n_a()),
         q_(arm_.start) {
@@ -89,7 +90,7 @@ class GuardedRun {
     reference.head<3>() = reference_;
     if (!tick_arm(reference, options_.control, loop_, out_.run.samples, q_, go_on_)) return false;
     locate();
-    if (const VectorXd& external = out_.run.samples.back().external; external.size() > 0) feeler_.update(external);
+    if (const VectorXd& external = out_.run.samples.back().external; external.size() > 0) feeler_.update(external, q_);
     return go_on_ == Status::Solved;
   }
 
@@ -129,7 +130,7 @@ class GuardedRun {
         return;
       }
       if (press(move, result)) return;
-      speed *= kSlower;
+      speed = std::max(kSlower * speed, kSlowest * move.speed);
       left = *length - move.direction_W.dot(tool_W_ - from_W);  // the alarm was a false one
     }
     if (go_on_ != Status::Solved) return;
@@ -301,6 +302,8 @@ Status run_guarded(const TouchScenario& scenario, const TouchRunOptions& options
   if (scenario.moves.empty()) core::throw_invalid("moves", "none", "at least one");
   out = {};
   out.world = make_world(scenario, options.seed);
+  out.model = scenario.arm.model;
+  if (scenario.friction_motion > 0 && (find_friction(scenario, options, out) != Status::Solved || !out.reason.empty())) return out.status;
   out.status = scenario.arm.tool >= 0 ? GuardedRun(scenario, options, out).go() : run_closing(scenario, options, out);
   return out.status;
 }

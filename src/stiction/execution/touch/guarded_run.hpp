@@ -8,6 +8,7 @@
 #include "stiction/execution/contact_control/control_run.hpp"
 #include "stiction/execution/touch/touch_run.hpp"
 #include "stiction/execution/touch/touch_scenario.hpp"
+#include "stiction/sensing/observer.hpp"
 
 namespace stiction::execution {
 
@@ -54,9 +55,11 @@ struct GuardedRunResult {
   bool reached = false;  ///< all moves ended as they should
   std::string reason;    ///< why not, or what the simulation said
   std::vector<MoveResult> moves;
-  ControlRunResult run;                       ///< samples and forces of the whole run
-  std::shared_ptr<const world::Model> world;  ///< what was simulated
-  std::shared_ptr<const world::Model> model;  ///< what the arm knows at the end
+  std::optional<sensing::JointFriction> friction;  ///< that joints showed before the moves; nullopt: not asked for
+  ControlRunResult run;                            ///< samples and forces of the whole run
+  std::shared_ptr<const world::Model> world;       ///< what was simulated
+  std::shared_ptr<const world::Model> model;       ///< what the arm knows at the end
+  Eigen::VectorXd q;                               ///< where joints and objects are in the simulation at the end (n_q)
 };
 
 /// Carries out the moves of a scenario one after the other under the contact-aware controller. A guarded move is slow and listens: where joint torques show that

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <functional>
 #include <map>
+#include <numeric>
 
 #include "stiction/execution/touch/feeler.hpp"
 
@@ -16,8 +19,14 @@ double MoveProfile::at(double t) const {
   return speed_ * (t - 0.5 * kRamp);
 }
 
-ControlScenario make_guarded_arm(const TouchScenario& scenario, std::uint64_t seed) {
+ControlScenario make_guarded_arm(const TouchScenario& scenario, const GuardedRunResult& run, std::uint64_t seed) {
   ControlScenario out = scenario.arm;
+  if (out.objects.size() > 0) move_objects(scenario, *out.model, *run.world, out.objects);
+  if (run.friction) {
+    out.observer.coulomb = run.friction->coulomb, out.observer.viscous = run.friction->viscous;
+    out.observer.stiction_speed = run.friction->stiction_speed;
+    out.estimator.bias = std::hypot(out.estimator.bias, run.friction->coulomb.cwiseAbs().maxCoeff());  // of joints that stick
+  }
   out.observer.seed = seed;
   out.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough
   return out;
@@ -51,12 +60,18 @@ core::Status carry_out_moves(const TouchScenario& scenario, const ControlScenari
     break;
   }
   summarise(arm, loop, settle, out.run);
+  out.q = loop.q();
   return out.status = out.run.status = go_on;
 }
 
 std::optional<FeltContact> describe_touch(Feeler& feeler, const Eigen::VectorXd& q, const std::vector<int>& links, double time) {
   const sensing::SenseResult& sensed = feeler.identify(q);
-  for (const int link : sensed.posterior.credible) {
+  const std::vector<double>& probable = sensed.posterior.links;
+  std::vector<int> order(probable.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::greater<>(), [&](int link) { return probable[static_cast<std::size_t>(link)]; });
+  for (const int link : order) {
+    if (probable[static_cast<std::size_t>(link)] < kDoubt) break;
     const int body = feeler.sensor().links()[static_cast<std::size_t>(link)].surface.body;
     if (!links.empty() && std::find(links.begin(), links.end(), body) == links.end()) continue;
     FeltContact out;

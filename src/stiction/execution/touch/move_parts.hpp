@@ -22,10 +22,13 @@ constexpr double kPress = 0.3;    ///< from one force to the next
 constexpr double kMeasure = 0.3;  ///< of torques at that force
 constexpr double kImpact = 0.1;   ///< after which forces are judged
 
-constexpr double kStart = 0.5;   ///< share of the force with which the arm waits after an alarm
-constexpr double kSlower = 0.5;  ///< of the speed, after an alarm with nothing behind it, which a rebound may be
-constexpr double kRight = 0.05;  ///< of the force, by which what is felt may be off
-constexpr double kGain = 0.5;    ///< of the lead, by what of the force is missing in a measurement
+constexpr double kStart = 0.5;      ///< share of the force with which the arm waits after an alarm
+constexpr double kSlower = 0.5;     ///< of the speed, after an alarm with nothing behind it, which a rebound may be
+constexpr double kSlowest = 0.125;  ///< and no slower than this share of what was asked
+constexpr double kRight = 0.05;     ///< of the force, by which what is felt may be off
+constexpr double kGain = 0.5;       ///< of the lead, by what of the force is missing in a measurement
+constexpr double kDoubt =
+    0.01;  ///< probability below which an asked link is not what touches: a move is made to feel it, and friction that hides torques spreads the rest
 constexpr int kMeasurements = 12;
 constexpr int kSure = 2;  ///< measurements in a row that say that another link is touched
 
@@ -46,10 +49,14 @@ inline double follow_force(double share, double felt, double asked) {
   return std::clamp(share + kGain * (1 - felt / asked), kStart, 1 / kStart);
 }
 
-/// The scenario with the seed of a run, and damping for forces that leads bound themselves.
-ControlScenario make_guarded_arm(const TouchScenario& scenario, std::uint64_t seed);
+/// The scenario with the seed of a run, objects where they are in its world, damping for forces that leads bound themselves, and an observer that knows the friction that
+/// was found.
+ControlScenario make_guarded_arm(const TouchScenario& scenario, const GuardedRunResult& run, std::uint64_t seed);
 
-/// What touches one of `links` (empty: any), from the torques of the feeler since its settle(): the likeliest of these; nullopt: none of them, with 95 %.
+/// The friction that a run found; null: none.
+inline const sensing::JointFriction* found_friction(const GuardedRunResult& run) { return run.friction ? &*run.friction : nullptr; }
+
+/// What touches one of `links` (empty: any), from the torques of the feeler since its settle(): the likeliest of these; nullopt: each of them has less than kDoubt of the probability.
 std::optional<FeltContact> describe_touch(Feeler& feeler, const Eigen::VectorXd& q, const std::vector<int>& links, double time);
 
 /// Forces of the simulation over the samples of a move, from `first` on; each pair is judged from 0.1 s after it was made.

@@ -17,11 +17,9 @@ namespace {
 
 constexpr std::uint64_t kPlaceStream = 1;  ///< of random numbers; the observer has 0 of the same seed
 
-/// The first fixed body that the arm touches at `q_a`; empty: none.
-std::string find_touched(const world::Model& model, const Eigen::VectorXd& q_a) {
+/// The first thing that the arm touches at q (n_q); empty: none.
+std::string find_touched(const world::Model& model, const Eigen::VectorXd& q) {
   contact::GeometryWorkspace work(model);
-  Eigen::VectorXd q = model.neutral();
-  q.tail(model.n_a()) = q_a;
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
   const world::RobotChains chains(model);
   chains.pairs_of(chains.all(), work.pairs);
@@ -48,10 +46,23 @@ std::shared_ptr<const world::Model> make_world(const TouchScenario& scenario, st
       if (body.name == misplaced.name)
         for (int i = 0; i < 3; ++i) body.X_WB.p[i] += misplaced.position_spread[i] * random.uniform(-1, 1);
   auto model = world::Model::make(scene);
-  if (const std::string touched = find_touched(*model, scenario.arm.start); !touched.empty())
+  Eigen::VectorXd q = calc_start(scenario.arm), q_u = q.head(model->n_qu());
+  move_objects(scenario, *scenario.arm.model, *model, q_u);
+  q.head(q_u.size()) = q_u;
+  if (const std::string touched = find_touched(*model, q); !touched.empty())
     core::throw_invalid(scenario.arm.file.empty() ? "start" : fmt::format("{}: start", scenario.arm.file.string()),
                         fmt::format("a posture that touches '{}' (seed {})", touched, seed), "one that touches nothing");
   return model;
+}
+
+void move_objects(const TouchScenario& scenario, const world::Model& from, const world::Model& to, Eigen::VectorXd& q_u) {
+  for (const MisplacedBody& misplaced : scenario.misplaced) {
+    const auto place = [&](const world::Model& model) {
+      return std::ranges::find(model.scene().fixed, misplaced.name, &world::FixedSpec::name)->X_WB.p;
+    };
+    const Eigen::Vector3d shift = place(to) - place(from);
+    for (const int object : misplaced.objects) q_u.segment<3>(from.objects()[static_cast<std::size_t>(object)].q_begin) += shift;
+  }
 }
 
 }  // namespace stiction::execution

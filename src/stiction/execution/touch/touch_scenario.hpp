@@ -22,6 +22,7 @@ struct UnknownBody {
 struct MisplacedBody {
   std::string name;
   Eigen::Vector3d position_spread = Eigen::Vector3d::Zero();  ///< as of UnknownBody [m], ≥ 0
+  std::vector<int> objects{};                                 ///< free objects that stand on it, and are elsewhere by as much
 };
 
 /// A straight move of a tool, or of joints, that may end where something is felt.
@@ -61,11 +62,16 @@ struct TouchScenario {
   double tolerance = 0.01;  ///< of the largest joint at the goal [rad, L of the robots]
   std::vector<UnknownBody> unknown;
   std::vector<MisplacedBody> misplaced;
+  double friction_motion =
+      0;  ///< joints go to and fro by so much before the moves, which tells their friction [rad; m], ≥ 0; 0: they do not
   std::vector<GuardedMove> moves;  ///< of the tool, or where there is none of joints, in place of `goal`: run_guarded()
 };
 
 /// The known scene and what is not known, in the places of this seed.
 /// @throws core::InvalidInput: the arm at its start touches something
 std::shared_ptr<const world::Model> make_world(const TouchScenario& scenario, std::uint64_t seed);
+
+/// Moves the objects that stand on misplaced bodies by as much as these are elsewhere in `to` than in `from`. @param q_u  objects (n_qu)
+void move_objects(const TouchScenario& scenario, const world::Model& from, const world::Model& to, Eigen::VectorXd& q_u);
 
 }  // namespace stiction::execution
