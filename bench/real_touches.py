@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How often is the touched link named? On 26 logs of a real Franka, and on simulated touches with the noise of these logs.
 
-    PYTHONPATH=build/release/python .venv/bin/python bench/real_touches.py [--seeds 3] [--touches 1000] [--json]
+    bench/real_touches.py [--seeds 3] [--touches 1000] [--json]
 
 Noise, and the rest of another log, come from the logs other than the one that is judged. The hand is sensed as well and counts as link 7, as in the labels.
 """
@@ -15,9 +15,10 @@ import time
 
 import numpy as np
 
-import stiction as st
-
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "build/release/python"))
+import stiction as st  # noqa: E402
+
 DATA = ROOT / "docs" / "tutorials" / "franka_touches.csv"
 PANDA = "package://example-robot-data/robots/panda_description/urdf/panda.urdf"
 ARMS = {

@@ -2,7 +2,9 @@
 #include "stiction/execution/closed_loop/step_back.hpp"
 
 #include "dynamics/systems.hpp"
-#include "stiction/contact/contact.hpp"
+#include "stiction/contact/geometry_workspace.hpp"
+#include "stiction/world/robot_chains.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::execution::test {
 namespace {

@@ -2819,6 +2819,9 @@ class RunEnd(enum.Enum):
     Silent = 7
     """the plant does not answer"""
 
+    Unfelt = 8
+    """guarded moves before the run did not end as they should"""
+
 class RunState(enum.Enum):
     """What a run does at a moment."""
 
@@ -3032,6 +3035,10 @@ class RunResult:
         """... and as it is; of a plant of one's own as measured"""
 
     @property
+    def touch(self) -> GuardedResult:
+        """what became of the moves of touch_first; None: there were none"""
+
+    @property
     def duration_s(self) -> float:
         """by the clock of the plant [s]"""
 
@@ -3118,7 +3125,7 @@ class RunResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, finger_gait: bool = True, on_progress: Callable[[Progress], bool | None] | None = None, on_sample: Callable[[RunSample], None] | None = None) -> RunResult:
+def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, finger_gait: bool = True, touch_first: str | str | os.PathLike | TouchScenario | None = None, on_progress: Callable[[Progress], bool | None] | None = None, on_sample: Callable[[RunSample], None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
@@ -3143,6 +3150,8 @@ def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOpt
       active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
       join: before the planner searches, the plan before is gone on with, where that leads to the goal.
       finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
+      touch_first: guarded moves that are carried out first, in the world in which the run goes on (docs/guarded_moves.md): a TouchScenario of
+        this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them.
       on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
         run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
 
@@ -4119,6 +4128,12 @@ class GuardedResult:
         """
 
     @property
+    def friction(self) -> JointFriction | None:
+        """
+        of the joints, as a motion before the moves showed it; None: not asked for
+        """
+
+    @property
     def run(self) -> ControlRunResult:
         """series and forces of the whole run"""
 
@@ -4710,6 +4725,12 @@ class JointFriction:
     @property
     def stiction_speed(self) -> float:
         """below which friction has no sure sign [rad/s or m/s]"""
+
+    @property
+    def left(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        deviation of the torques that the fit leaves, their noise included (n_a) [N m; N]
+        """
 
     def __getstate__(self) -> tuple: ...
 
