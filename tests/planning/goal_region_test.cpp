@@ -49,7 +49,7 @@ TEST(Anytime, CostFallsAndTheFirstPlanIsTheUsualOne) {
   ASSERT_EQ(plan(problem, options, {}, once), Status::Solved);
   ASSERT_EQ(once.improvements.size(), 1U);
   options.anytime = true;
-  options.max_iterations = 4000;
+  options.max_iterations = 10000;
   double shown = std::numeric_limits<double>::infinity();
   core::RunControl control;
   control.on_progress = [&](const core::Progress& p) {
@@ -58,7 +58,7 @@ TEST(Anytime, CostFallsAndTheFirstPlanIsTheUsualOne) {
     shown = *p.cost;
   };
   ASSERT_EQ(plan(problem, options, control, result), Status::Solved);
-  EXPECT_EQ(result.iterations, 4000);
+  EXPECT_EQ(result.iterations, 10000);
   ASSERT_GE(result.improvements.size(), 2U) << "nothing to say";
   EXPECT_EQ(result.improvements.front().cost, once.cost);
   for (std::size_t i = 1; i < result.improvements.size(); ++i) EXPECT_LT(result.improvements[i].cost, result.improvements[i - 1].cost);

@@ -69,7 +69,7 @@ TEST_F(BadInput, UnknownKey_ListsTheAllowedOnesWithAHint) {
   EXPECT_EQ(message("gravty: [0, 0, 0]\n"),
             "scene.yaml:1: gravty: got an unknown key, expected one of name, file, robot, gravity, contact_distance, max_contacts, robots, "
             "objects, "
-            "fixed, filters; "
+            "fixed, places, filters; "
             "did you mean 'gravity'?");
   EXPECT_EQ(message("fixed:\n  - name: floor\n    shapes:\n      - half_space: {}\n        frictoin: 1\n"),
             "scene.yaml:5: fixed[0].shapes[0].frictoin: got an unknown key, expected one of name, pose, friction, max_force, sphere, box, "
@@ -287,7 +287,7 @@ TEST_F(BadInput, SeveralFaults_AreNamedInOneRun) {
                     "fixed:\n  - {name: d, shapes: [{sphere: {}}]}\n"),
             "scene.yaml:2: contact: got an unknown key, expected one of name, file, robot, gravity, contact_distance, max_contacts, "
             "robots, objects, "
-            "fixed, filters\n"
+            "fixed, places, filters\n"
             "scene.yaml:1: gravity: got a list of 2, expected a list of 3 numbers\n"
             "scene.yaml:4: objects[0].shapes[0].sphere.radius: got 0, expected a number > 0\n"
             "scene.yaml:4: objects[0].shapes[1].ball: got an unknown key, expected one of name, pose, friction, max_force, sphere, box, "
