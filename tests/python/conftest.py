@@ -61,5 +61,14 @@ def real_plan(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "plan.json"
 
 
+@pytest.fixture(scope="session")
+def plan_file(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plan file of two robots, regrasps and patches of contact."""
+    folder = tmp_path_factory.mktemp("hand")
+    done = stiction("plan", "planar_hand", "--seed", 3, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "plan.json"
+
+
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "limit(seconds): another limit than limits.LIMIT for a test that takes longer")

@@ -30,15 +30,6 @@ def st(program: Path):
 
 
 @pytest.fixture(scope="module")
-def plan_file(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two robots, regrasps, patches of contact."""
-    folder = tmp_path_factory.mktemp("export")
-    done = stiction("plan", "planar_hand", "--seed", 3, "-o", folder)
-    assert done.returncode == 0, done.stderr
-    return folder / "plan.json"
-
-
-@pytest.fixture(scope="module")
 def raw(plan_file: Path) -> dict:
     return json.loads(plan_file.read_text(encoding="utf-8"))
 

@@ -28,15 +28,6 @@ def st(program: Path):
 
 
 @pytest.fixture(scope="module")
-def plan_file(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two robots, regrasps, patches of contact."""
-    folder = tmp_path_factory.mktemp("stream")
-    done = stiction("plan", "planar_hand", "--seed", 3, "-o", folder)
-    assert done.returncode == 0, done.stderr
-    return folder / "plan.json"
-
-
-@pytest.fixture(scope="module")
 def plan(st, plan_file: Path):
     return st.read_plan(plan_file)
 
