@@ -52,22 +52,22 @@ def interrupted(program: Path):
     return run
 
 
+def _plan(stiction, folder: Path, task: str, seed: int) -> Path:
+    done = stiction("plan", task, "--seed", seed, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "plan.json"
+
+
 @pytest.fixture(scope="session")
 def real_plan(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A plan file of the smallest built-in task."""
-    folder = tmp_path_factory.mktemp("plan")
-    done = stiction("plan", "planar_pushing", "--seed", 0, "-o", folder)
-    assert done.returncode == 0, done.stderr
-    return folder / "plan.json"
+    return _plan(stiction, tmp_path_factory.mktemp("plan"), "planar_pushing", 0)
 
 
 @pytest.fixture(scope="session")
 def plan_file(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A plan file of two robots, regrasps and patches of contact."""
-    folder = tmp_path_factory.mktemp("hand")
-    done = stiction("plan", "planar_hand", "--seed", 3, "-o", folder)
-    assert done.returncode == 0, done.stderr
-    return folder / "plan.json"
+    return _plan(stiction, tmp_path_factory.mktemp("hand"), "planar_hand", 3)
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -232,7 +232,7 @@ HAND_OBJECT = {
     "egg": ([0.99283, 0.86676, 0.16844], [0.91596, -0.00139, -0.36626, 0.16393]),
     "pen": ([0.99963, 0.87306, 0.14533], [0.74114, -0.46772, 0.42127, -0.23339]),
 }
-RESTING = "starts where the object rests after 5 s in MuJoCo with all motors in the middle of their ranges, as the maker's reset does for 0.4 s"
+RESTING = "starts where the object rests after 5 s in MuJoCo with all motors in the middle of their ranges. The maker's reset takes 0.4 s"
 
 
 def _multiply(a: list[float], b: list[float]) -> list[float]:
