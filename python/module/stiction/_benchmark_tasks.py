@@ -78,15 +78,18 @@ def _place(name: str, x: float, y: float, z: float) -> dict[str, Any]:
 HIGH, LOW = (0.0, 0.6, 0.2), (0.0, 0.4, 0.2)
 
 
-def _untouched(file: str, name: str) -> dict[str, Any]:
-    """A scene in which the robot cannot touch an object, so that it takes a tool."""
-    return {"file": file, "filters": [{"exclude": ["robot", name]}]}
+def _apart(file: str, *pairs: tuple[str, str]) -> dict[str, Any]:
+    """A scene in which two things pass through each other."""
+    return {"file": file, "filters": [{"exclude": list(pair)} for pair in pairs]}
+
+
+METAWORLD = "metaworld/assets/sawyer_xyz"
 
 
 def _sawyer(file: str, hand: tuple[float, float, float], goal: dict[str, Any], tolerance: float, objects: dict[str, Any] | None = None) -> dict[str, Any]:
     start: dict[str, Any] = {"poses": {"hand": {"position": list(hand), "quaternion_wxyz": [math.sqrt(0.5), 0, math.sqrt(0.5), 0]}}}
     return {
-        "scene": {"file": f"metaworld/assets/sawyer_xyz/{file}.xml"},
+        "scene": {"file": f"{METAWORLD}/{file}.xml"},
         "start": start | ({"objects": objects} if objects else {}),
         "goal": goal,
         "tolerance": {"position": tolerance, "angle": tolerance if "coordinates" in str(goal) else 0.1},
@@ -94,12 +97,15 @@ def _sawyer(file: str, hand: tuple[float, float, float], goal: dict[str, Any], t
 
 
 def _turned(
-    name: str, test: str, file: str, hand: tuple[float, float, float], to: dict[str, Any], tolerance: float, start: dict[str, Any] | None = None, differs: str = ""
-) -> Entry:
-    return Entry(f"metaworld_{name}", "joints", test, _sawyer(file, hand, {"objects": to}, tolerance, start), differs)
+    name: str, test: str, file: str, hand: tuple[float, float, float], to: dict[str, Any], tolerance: float, start: dict[str, Any] | None = None, differs: str = "",
+    apart: tuple[tuple[str, str], ...] = (),
+) -> Entry:  # fmt: skip
+    task = _sawyer(file, hand, {"objects": to}, tolerance, start)
+    return Entry(f"metaworld_{name}", "joints", test, task | ({"scene": _apart(task["scene"]["file"], *apart)} if apart else {}), differs)
 
 
-JAMS = "beyond 1.33 rad the door overlaps a post of its frame by up to 1 mm, where rigid bodies jam"
+POST = (("door_link/box_9", "robot_world/doorlockB.box_1"),)
+JAMS = "beyond 1.33 rad the door overlaps a post of its frame by up to 1 mm, where rigid bodies jam; here it passes through this post"
 PRESSED = "MuJoCo's soft limit lets a button go deeper than its range, and the maker's test asks for that; here it is pressed to the end of its range"
 
 METAWORLD_JOINTS = [
@@ -109,9 +115,9 @@ METAWORLD_JOINTS = [
     _turned("button_press_topdown_wall", "button within 24 mm of its hole", "sawyer_button_press_topdown_wall", LOW, {"button": _joint(-0.06)}, 0.005, differs=PRESSED),
     _turned("coffee_button", "button within 20 mm of 30 mm deep", "sawyer_coffee", LOW, {"cmbutton": _joint(_beyond(0.015))}, 0.005, {"obj": _free(0, 0.68, 0)}),
     _turned("dial_turn", "knob within 70 mm of the goal: turned by 1.37 rad", "sawyer_dial", HIGH, {"body_34": _joint(_beyond(1.39))}, 0.02),
-    _turned("door_open", "handle within 80 mm of the goal along x: 1.39 to 1.81 rad", "sawyer_door_pull", HIGH, {"door_link": _joint([-1.795, -1.405])}, 0.02, differs=JAMS),
+    _turned("door_open", "handle within 80 mm of the goal along x: 1.39 to 1.81 rad", "sawyer_door_pull", HIGH, {"door_link": _joint([-1.795, -1.405])}, 0.02, differs=JAMS, apart=POST),
     _turned("door_close", "handle within 80 mm of the goal: below 0.17 rad", "sawyer_door_pull", HIGH, {"door_link": _joint(_beyond(-0.155))}, 0.02,
-            {"door_link": _joint(-1.5708)}, f"{JAMS}; the hand starts at (0, 0.6, 0.2), not at (-0.5, 0.6, 0.2)"),
+            {"door_link": _joint(-1.5708)}, f"{JAMS}; the hand starts at (0, 0.6, 0.2), not at (-0.5, 0.6, 0.2)", POST),
     _turned("door_lock", "lock within 20 mm of the goal height: turned by 1.2 rad", "sawyer_door_lock", HIGH, {"lock_link": _joint(_beyond(1.215))}, 0.02),
     _turned("door_unlock", "lock within 20 mm of the goal along x: below 0.37 rad", "sawyer_door_lock", HIGH, {"lock_link": _joint(_below(0.357))}, 0.02, {"lock_link": _joint(1.57)}),
     _turned("drawer_open", "handle within 30 mm of the goal: 160 mm out", "sawyer_drawer", HIGH, {"drawer_link": _joint(-0.16)}, 0.005),
@@ -143,7 +149,7 @@ THROUGH = "the robot passes through what the tool is for, which only the tool ca
 
 def _with_tool(name: str, file: str, *rest: Any) -> dict[str, Any]:
     task = _sawyer(file, *rest)
-    return task | {"scene": _untouched(task["scene"]["file"], name)}
+    return task | {"scene": _apart(task["scene"]["file"], ("robot", name))}
 
 
 def _moved(
@@ -174,11 +180,16 @@ METAWORLD_FREE = [
     _moved("box_close", "pick and place", "lid within 80 mm of the box", "sawyer_box", "boxbodytop", (0, 0.55, 0.02), (0, 0.8, 0.058), 0.08, (0, 0.6, 0.3),
            differs="the box stands where the file has it, at y = 0.8; the hand starts 100 mm higher, clear of the lid"),
     _moved("pick_out_of_hole", "pick and place", "object within 70 mm of the goal", "sawyer_pick_out_of_hole", "obj", (0, 0.75, -0.02), (0, 0.6, 0.2), 0.07),
-    _moved("hand_insert", "insertion", "object within 50 mm of the goal in the hole", "sawyer_table_with_hole", "obj", (0, 0.6, 0.02), (0, 0.84, -0.08), 0.05),
+    _moved("hand_insert", "insertion", "object within 50 mm of the goal in the hole", "sawyer_table_with_hole", "obj", (0, 0.6, 0.07), (0, 0.84, -0.02), 0.05),
     _moved("assembly", "insertion", "nut within 20 mm of the peg's axis, and below its top", "sawyer_assembly_peg", "RoundNut", None, (0.1, 0.8, 0.075), 0.02),
-    _moved("disassemble", "insertion", "nut 150 mm above where it was on the peg", "sawyer_assembly_peg", "RoundNut", (0.1, 0.8, 0.025), (0.1, 0.8, 0.2), 0.025),
+    Entry("metaworld_disassemble", "insertion", "nut 150 mm above where it was on the peg",
+          _sawyer("sawyer_assembly_peg", HIGH, {"objects": {"RoundNut": {"position": [None, None, _beyond(0.18)], "rpy": None}}}, 0.005,
+                  {"RoundNut": _free(0.1, 0.8, 0.025)})),
     _moved("peg_insertion_side", "insertion", "head of the peg within 70 mm of the goal (sideways 35 mm)", "sawyer_peg_insertion_side", "peg", (0, 0.6, 0.03), (-0.17, 0.6, 0.13), 0.035),
-    _moved("peg_unplug_side", "insertion", "plug within 70 mm of 150 mm out", "sawyer_peg_unplug_side", "plug1", None, (-0.102, 0.6, 0.131), 0.07),
+    Entry("metaworld_peg_unplug_side", "insertion", "plug within 70 mm of 150 mm out",
+          _sawyer("sawyer_peg_unplug_side", HIGH, _place("plug1", -0.102, 0.6, 0.131), 0.07)
+          | {"scene": _apart(f"{METAWORLD}/sawyer_peg_unplug_side.xml", ("plug1/plug.sphere_4", "robot_world/plug_wall.*"))},
+          "one sphere of the plug is 8 mm wider than its hole; here it passes through the wall"),
     Entry("metaworld_stick_push", "tools", "thermos within 120 mm of the goal, stick in the hand",
           _with_tool("body_36", "sawyer_stick_obj", HIGH, {"objects": {"body_36.obj_slidex": _joint(0.2), "body_36": _joint(0)}}, 0.1, {"stick": _free(-0.1, 0.6, 0.02)}),
           THROUGH),
@@ -278,7 +289,7 @@ ADROIT_TASKS = [
     Entry("adroit_door", "joints", "door opened by 1.35 rad",
           {"scene": {"file": f"{ADROIT}/adroit_door.xml"}, "goal": {"objects": {"door": _joint(_beyond(1.37))}}, "tolerance": {"position": 0.02, "angle": 0.02}}),
     Entry("adroit_hammer", "tools", "nail within 10 mm of its board",
-          {"scene": _untouched(f"{ADROIT}/adroit_hammer.xml", "nail"), "goal": {"objects": {"nail": _joint(_beyond(0.085))}}, "tolerance": {"position": 0.005, "angle": 0.1}}, THROUGH),
+          {"scene": _apart(f"{ADROIT}/adroit_hammer.xml", ("robot", "nail")), "goal": {"objects": {"nail": _joint(_beyond(0.085))}}, "tolerance": {"position": 0.005, "angle": 0.1}}, THROUGH),
 ]  # fmt: skip
 
 FETCH = "base and torso, which damping of 1e7 and more holds in the file, are joints like the others here and may move; the object weighs 2 kg"

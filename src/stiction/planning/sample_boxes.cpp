@@ -12,7 +12,9 @@ namespace {
 
 /// Of the way from start to goal that boxes of subgoals go beyond either …
 constexpr double kWayBeyond = 0.25;
-/// … and the least angle that they do [rad].
+/// … and upwards, since what stands in the way of a free object is passed above.
+constexpr double kAbove = 0.5;
+/// The least angle that they do [rad].
 constexpr double kBeyond = 0.2;
 
 /// Coordinates in which a box is given: x y z roll pitch yaw of a free object, else those of its joint.
@@ -56,6 +58,14 @@ std::vector<world::SampleBox> default_sample_boxes(const PlanningProblem& proble
       const double beyond = std::max(kWayBeyond * std::abs(to - start[i]), revolute ? kBeyond : 0.5 * model.scales().object(o).length);
       box.lower[i] = std::min(start[i], to) - beyond;
       box.upper[i] = std::max(start[i], to) + beyond;
+    }
+    if (object.n_v == 6 && model.scene().gravity.norm() > 0) {
+      const Eigen::Vector3d up = -model.scene().gravity.normalized();
+      const double above = kAbove * (goal - start).head<3>().norm();
+      for (int i = 0; i < 3; ++i) {
+        box.lower[i] += std::min(0.0, above * up[i]);
+        box.upper[i] += std::max(0.0, above * up[i]);
+      }
     }
   }
   return boxes;
