@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -92,16 +93,21 @@ class FreeSpace {
       if (free < 0) return block(i);
       if (free < 1) under_way_.push_back({i, 0, 1 - free});
     }
+    std::ranges::make_heap(under_way_, std::greater(), &UnderWay::from);
     while (!under_way_.empty()) {
-      const double t = std::ranges::min(under_way_, {}, &UnderWay::from).from;
+      const double t = under_way_.front().from;
       place((1 - t) * from + t * to);
-      for (UnderWay& pair : under_way_) {
-        if (pair.from > t + least_ / longest) continue;
+      while (!under_way_.empty() && under_way_.front().from < t + least_ / longest) {
+        std::ranges::pop_heap(under_way_, std::greater(), &UnderWay::from);
+        UnderWay& pair = under_way_.back();
         const double free = calc_free(pairs_[pair.index], pair.to - t);
         if (free < 0) return block(pair.index);
         pair.from = t + std::max(free, least_ / travel_[pairs_[pair.index].levers]);
+        if (pair.from < pair.to)
+          std::ranges::push_heap(under_way_, std::greater(), &UnderWay::from);
+        else
+          under_way_.pop_back();
       }
-      std::erase_if(under_way_, [](const UnderWay& pair) { return pair.from >= pair.to; });
     }
     return true;
   }

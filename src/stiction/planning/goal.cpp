@@ -5,6 +5,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/plan.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -180,11 +181,29 @@ Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const 
   return out;
 }
 
+PathTolerances path_tolerances(const world::Model& model, const Goal& goal) {
+  constexpr double kMostTurn = 0.3;  // [rad]: an object that turned farther is held otherwise than planned
+  PathTolerances out{goal.tol_position, goal.tol_angle};
+  if (!goal.region) return out;
+  bool turns = false;
+  for (const int o : goal_objects(model, goal)) {
+    const auto& object = model.objects()[static_cast<std::size_t>(o)];
+    for (int i = object.v_begin; i < object.v_begin + object.n_v; ++i) {
+      if (model.dofs()[static_cast<std::size_t>(i)].kind != world::DofKind::Revolute) continue;
+      if (std::isfinite(goal.region->lower[i]) || std::isfinite(goal.region->upper[i])) return out;
+      turns = true;
+    }
+  }
+  if (turns) out.angle = std::max(out.angle, std::min(kMostTurn, goal.tol_position / model.scales().object(goal.object).length));
+  return out;
+}
+
 Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal) {
+  const PathTolerances tolerances = path_tolerances(model, goal);
   Eigen::VectorXd out(model.n_vu());
   for (int i = 0; i < model.n_vu(); ++i) {
     const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-    out[i] = 1 / (revolute ? goal.tol_angle : goal.tol_position);
+    out[i] = 1 / (revolute ? tolerances.angle : tolerances.position);
   }
   return out;
 }

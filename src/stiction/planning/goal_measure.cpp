@@ -51,6 +51,7 @@ GoalMeasure::GoalMeasure(const PlanningProblem& problem)
       space_(model_),
       objects_(goal_objects(model_, goal_)),
       out_of_touch_(find_out_of_touch(model_, objects_)),
+      tolerances_(path_tolerances(model_, goal_)),
       q_goal_(goal_configuration(problem, space_)),
       inverse_tolerances_(planning::inverse_tolerances(model_, goal_)),
       bounded_(problem.goal.region     ? bounded_coordinates(model_, *problem.goal.region)

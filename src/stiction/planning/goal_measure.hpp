@@ -34,14 +34,15 @@ class GoalMeasure {
   Eigen::VectorXd difference(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
   /// Worst displacement of an object between two configurations, as a share of the given distance [m] and angle [rad] …
   double share(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double position, double angle) const;
-  /// … or of the tolerances of the goal.
+  /// … or of the tolerances of the path.
   double share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
-    return share(from, to, goal_.tol_position, goal_.tol_angle);
+    return share(from, to, tolerances_.position, tolerances_.angle);
   }
+  const PathTolerances& tolerances() const { return tolerances_; }
   /// 1/tolerance per coordinate of the objects (n_vu).
   const Eigen::VectorXd& inverse_tolerances() const { return inverse_tolerances_; }
   /// The same with 1 for positions: the length that an angle counts for (n_vu) [m/rad].
-  Eigen::VectorXd lengths() const { return goal_.tol_position * inverse_tolerances_; }
+  Eigen::VectorXd lengths() const { return tolerances_.position * inverse_tolerances_; }
   /// 1 per coordinate that the goal is about, else 0: what a goal region bounds; all without one (n_vu).
   const Eigen::VectorXd& bounded() const { return bounded_; }
 
@@ -50,6 +51,7 @@ class GoalMeasure {
   const Goal& goal_;
   world::ObjectSpace space_;
   std::vector<int> objects_, out_of_touch_;
+  PathTolerances tolerances_;
   Eigen::VectorXd q_goal_, inverse_tolerances_, bounded_;
 };
 

@@ -76,7 +76,15 @@ GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goa
 /// @param q  near the goal (n_q)
 Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const Goal& goal);
 
-/// 1/tolerance of the goal per coordinate of the objects (n_vu) [1/m or 1/rad].
+/// How far from a path counts as one tolerance: the tolerances of the goal. Where the goal leaves the rotation of its objects free, an angle counts for the way
+/// that it moves the surface of the object.
+struct PathTolerances {
+  double position = 0;  ///< [m]
+  double angle = 0;     ///< [rad]
+};
+PathTolerances path_tolerances(const world::Model& model, const Goal& goal);
+
+/// 1/PathTolerances per coordinate of the objects (n_vu) [1/m or 1/rad].
 Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal);
 
 enum class SegmentKind {

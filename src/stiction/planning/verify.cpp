@@ -29,9 +29,9 @@ bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_repl
   const std::vector<Eigen::VectorXd> commands = commands_of(node.commands);
   if (simulation.follow(commands, half_steps(setting_), {}, watch, fine) != Ending::Reached || !simulation.ends_well(watch, fine))
     return false;
-  const Goal& goal = setting_.problem.goal;
+  const PathTolerances& most = setting_.goal.tolerances();
   const Eigen::VectorXd before = setting_.goal.difference(parent.q, parent_replay.q_fine), after = setting_.goal.difference(node.q, fine.q);
-  const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(setting_.model, e, goal.tol_position, goal.tol_angle); };
+  const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(setting_.model, e, most.position, most.angle); };
   if (share(after) > threshold::kFidelityPath || share(after - before) > threshold::kFidelityEdge) return false;
   replay.q_fine = fine.q;
   return holds_disturbed(node, parent, parent_replay, scratch, totals, replay.disturbed);

@@ -18,8 +18,8 @@ constexpr double kLongest = 8;
 double share_between(const world::Model& model, int object, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
                      const planning::Goal& goal) {
   const world::Pose X0 = world::object_pose(model, q0, object), X1 = world::object_pose(model, q1, object);
-  const planning::GoalError error{(X0.p - X1.p).norm(), Eigen::Quaterniond(X0.R).angularDistance(Eigen::Quaterniond(X1.R))};
-  return error.share(goal);
+  const planning::PathTolerances most = planning::path_tolerances(model, goal);
+  return std::max((X0.p - X1.p).norm() / most.position, Eigen::Quaterniond(X0.R).angularDistance(Eigen::Quaterniond(X1.R)) / most.angle);
 }
 
 double share_between(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal) {

@@ -8,8 +8,8 @@ namespace {
 
 /// Objects may be as far from where the push wants them.
 Place wanted(const Problem& problem, const Push& push) {
-  const Goal& goal = problem.plan.goal;
-  return {&push.q_entry, {threshold::kFarOff * goal.tol_position, threshold::kFarOff * goal.tol_angle}};
+  const PathTolerances& tolerances = problem.goal.tolerances();
+  return {&push.q_entry, {threshold::kFarOff * tolerances.position, threshold::kFarOff * tolerances.angle}};
 }
 
 RegraspSizes sizes_of(const Problem& problem, const Push& push, double clearance) {
