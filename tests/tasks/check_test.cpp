@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -54,6 +55,23 @@ TEST_F(CheckTest, HonestPlans_Pass) {
     }
     EXPECT_GT(contacts, 5) << "no contact: the test would say nothing";
   }
+}
+
+/// A cube that falls onto a hand turns farther in a step than the linear gap of its contact tells. Nothing was planned there yet.
+TEST_F(CheckTest, WhatFallsToRestAtTheStart_MayFeelAForceAcrossAGap) {
+  Task task = load_task("allegro_cube");
+  Eigen::VectorXd& q = task.problem.q_start;
+  q[2] += 0.02;
+  q.segment<4>(3) = (Eigen::Quaterniond(q[6], q[3], q[4], q[5]) * Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 1, 0).normalized())).coeffs();
+  const Eigen::VectorXd u = q.tail(16);
+  ScriptedPlan plan = run_script(std::move(task), {u, u, u});
+  const auto gap = [&] {
+    const CheckReport report = check(plan.task, plan.file);
+    return std::ranges::find(report.items, "force_gap", &CheckItem::name)->value;
+  };
+  EXPECT_GT(gap(), 1);
+  plan.file.segments.front().kind = planning::SegmentKind::Settle;
+  EXPECT_LE(gap(), 1);
 }
 
 /// The same motion called a regrasp: the hand goes elsewhere and drags the box along, or leaves it and never comes near anything again.

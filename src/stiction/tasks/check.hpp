@@ -58,7 +58,7 @@ struct CheckOptions {
 /// penetration                    deepest at any re-simulated or stored state, in units of world::Scales::contact_tolerance of the pair, 1 % of its smaller object
 /// joint_limits, replay_limits, command_limits   worst violation
 /// command_step                   largest command increment of a knot in units of the sub-step limits
-/// force_cone, force_gap          of re-simulated forces; the gap is the true distance after the step, in the same units
+/// force_cone, force_gap          of re-simulated forces; the gap is the true distance after the step, in the same units, but while objects fall to rest at the start
 /// regrasp_contact                travel of a branch in contact between its first and its last moment one such unit away from everything, in a regrasp
 ///                                in which it goes elsewhere
 /// unstable_releases                 those in which an object moves farther than a regrasp lets it when gravity comes from 0.1 rad aside while the branches are
