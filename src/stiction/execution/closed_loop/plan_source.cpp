@@ -24,6 +24,9 @@ constexpr double kGain = 0.8;
 constexpr int kJoinsInVain = 2;
 constexpr double kNearer = 1;
 
+/// A short search has at least so many extensions.
+constexpr long kLeastSearch = 200;
+
 bool moves(const planning::Plan& plan) {
   return std::any_of(plan.segments.begin(), plan.segments.end(),
                      [](const auto& s) { return s.kind != SegmentKind::Settle && !s.knots.empty(); });
@@ -43,13 +46,13 @@ PlanSource::PlanSource(const planning::PlanningProblem& problem, const planning:
   options_.tolerance_fraction = std::min(options_.tolerance_fraction, how.plan_fraction);
 }
 
-Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction,
+Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, bool is_short,
                        const core::RunControl& control) {
   Answer out;
   const double before = core::processor_time();
   if (!join(q, u, friction, out)) {
-    search(q, u, number, friction, control, out.result);
-    judge(q, out);
+    search(q, u, number, friction, is_short, control, out.result);
+    judge(q, is_short, out);
   }
   out.processor_s = core::processor_time() - before;
   if (how_.planning_rate > 0) {
@@ -67,17 +70,18 @@ double PlanSource::share(const Eigen::VectorXd& q) const {
   return planning::goal_error(*problem_.model, q, problem_.goal).share(problem_.goal);
 }
 
-/// Whether a plan that was searched is worth carrying out.
-void PlanSource::judge(const Eigen::VectorXd& q, Answer& out) {
+/// Whether a plan that was searched is worth carrying out: one to the goal is, and after a whole search one that comes nearer.
+void PlanSource::judge(const Eigen::VectorXd& q, bool is_short, Answer& out) {
   const planning::Plan& plan = out.result.plan;
   const double slip = share_between(*problem_.model, q, settled(plan, q), problem_.goal);
-  const bool gains = plan.error.share(problem_.goal) <= kGain * share(q);
+  const bool gains = !is_short && plan.error.share(problem_.goal) <= kGain * share(q);
   out.slips = slip > how_.off_at_the_end;
   if (out.slips) {
     out.result.reason = fmt::format("the object does not rest at the start: it moves by {:.1f} tolerances", slip);
   } else if (moves(plan) && (out.result.status == Status::Solved || gains)) {
     out.trajectory = take(plan);
     durations_ += out.trajectory->duration(), shares_ += share(q);
+    ++found_, usual_ = out.result.iterations;
   }
 }
 
@@ -123,12 +127,13 @@ bool PlanSource::join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double
   return true;
 }
 
-void PlanSource::search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction,
+void PlanSource::search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, bool is_short,
                         const core::RunControl& run, planning::PlanResult& out) const {
   planning::PlanningProblem problem = problem_;
   problem.q_start = q;
   planning::PlannerOptions options = options_;
   options.friction *= friction;
+  if (is_short) options.max_iterations = static_cast<int>(std::min<long>(options.max_iterations, std::max(kLeastSearch, 2 * usual_)));
   if (number > 0) options.seed = core::Random(options_.seed ^ kPlanSeed, number).bits();
   core::RunControl control = run;
   const auto budget = core::RunControl::Clock::now() +

@@ -29,8 +29,11 @@ class PlanSource {
   /// @param q, u      the state and the commands in force (n_q), (n_a)
   /// @param number    of plans that were asked for before: later seeds follow from it
   /// @param friction  every μ of the plan times this; a plan that one has is gone on with where it has this friction
+  /// @param is_short  the search ends after twice as many extensions as the one before took
   /// @param control   of the run; a plan has the budget of the RunOptions besides
-  Answer ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, const core::RunControl& control);
+  Answer ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, bool is_short,
+             const core::RunControl& control);
+  int found() const { return found_; }  ///< plans that were found by a search
 
   /// The timing of a plan, which is kept to be gone on with.
   Trajectory take(const planning::Plan& plan);
@@ -39,12 +42,12 @@ class PlanSource {
 
  private:
   bool join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double friction, Answer& out);
-  void judge(const Eigen::VectorXd& q, Answer& out);
+  void judge(const Eigen::VectorXd& q, bool is_short, Answer& out);
   bool came_nearer(const Eigen::VectorXd& q);
   double share(const Eigen::VectorXd& q) const;
   double expected_time(const Eigen::VectorXd& q) const;
-  void search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, const core::RunControl& run,
-              planning::PlanResult& out) const;
+  void search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, bool is_short,
+              const core::RunControl& run, planning::PlanResult& out) const;
 
   const planning::PlanningProblem& problem_;
   planning::PlannerOptions options_;
@@ -54,7 +57,8 @@ class PlanSource {
   std::optional<planning::Plan> last_;  ///< that is carried out
   double durations_ = 0, shares_ = 0;   ///< of plans that were found: sums of their durations [s] and of their ways [tolerances]
   double thought_ = 0;                  ///< what searches took of the clock [s]
-  int searches_ = 0;
+  int searches_ = 0, found_ = 0;
+  long usual_ = 0;  ///< extensions of the last search that found a plan
   double nearest_ =
       std::numeric_limits<double>::infinity();  ///< to the goal, of the states from which the plan was gone on with [tolerances]
   int in_vain_ = 0;                             ///< how often it was since then

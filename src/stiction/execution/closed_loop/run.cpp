@@ -360,21 +360,30 @@ class Executor {
     return true;
   }
 
-  /// From what is measured; where there is none the springs are let go, then the robot steps back, and it is asked again, now with the friction of the scene: a
-  /// place may be left by no push that holds with less. A start that does not rest with less is asked for again with the friction of the scene, and springs strained.
+  /// From what is measured. A robot that can step back from objects which stand by themselves does so after a short search: what it wedges or what leans on it
+  /// makes a bad start. Where that is no help either, the springs are let go, then the robot steps back once more, and the planner is asked with the friction of the
+  /// scene: a place may be left by no push that holds with less. So is a start that does not rest with less.
   /// @returns nothing: the run is over, or the object is no more where the plan begins, or came to its goal as the springs were let go; `cause` then says
   ///          for what the next plan is
   std::optional<Trajectory> make_plan(std::string& cause) {
-    bool slips = false;
+    bool slips = false, can_step_back = source_.found() > 0 && !find_step_back(model_, measured_.q).empty();
+    double friction = how_.friction;
+    std::string why = cause;
     for (int refused = 0; refused < how_.refusals; ++refused) {
-      if (refused > 0 && !slips && (!(refused > 1 ? step_back() : let_go()) || is_at_goal())) return std::nullopt;
-      const std::string why = refused == 0  ? cause
-                              : slips       ? "no rest at the start with the friction of plans"
-                              : refused > 1 ? "no plan from where the robot touched"
-                                            : "no plan from where springs were strained";
+      const bool is_short = refused == 0 && can_step_back;
       Answer answer;
-      if (!ask(why, refused == 0 ? how_.friction : 1, answer)) return std::nullopt;
-      slips = answer.slips && refused == 0 && how_.friction < 1;
+      if (refused == 1 && std::exchange(can_step_back, false)) {
+        if (!step_back() || is_at_goal()) return std::nullopt;
+        why = "no plan from where the robot touched";
+      } else if (refused > 0) {
+        if (!slips && (!(friction < 1 ? let_go() : step_back()) || is_at_goal())) return std::nullopt;
+        why = slips          ? "no rest at the start with the friction of plans"
+              : friction < 1 ? "no plan from where springs were strained"
+                             : "no plan from where the robot touched";
+        friction = 1;
+      }
+      if (!ask(why, friction, is_short, answer)) return std::nullopt;
+      slips = answer.slips && friction < 1;
       if (!out_.first_plan && !answer.joined) out_.first_plan = std::move(answer.result);
       if (!answer.trajectory) continue;
       if (!answer.late) return std::move(answer.trajectory);
@@ -387,13 +396,13 @@ class Executor {
     return std::nullopt;
   }
 
-  /// @param friction  every μ of the plan times this
-  bool ask(const std::string& cause, double friction, Answer& answer) {
+  /// @param friction  every μ of the plan times this  @param is_short  see PlanSource::ask
+  bool ask(const std::string& cause, double friction, bool is_short, Answer& answer) {
     state_ = RunState::Replan;
     const Eigen::VectorXd q = watch_.mean(), u = u_;
     const std::size_t number = out_.plans.size();
     const double begin = now();
-    const auto work = [&](const core::RunControl& control) { answer = source_.ask(q, u, number, friction, control); };
+    const auto work = [&](const core::RunControl& control) { answer = source_.ask(q, u, number, friction, is_short, control); };
     const bool goes_on = real_time_ ? think_beside(work) : think_first(work, answer);
     const planning::PlanResult& result = answer.result;
     out_.plans.push_back({begin, result.wall_s, answer.processor_s, now() - begin, result.status, cause, result.reason, answer.joined});
