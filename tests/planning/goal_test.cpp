@@ -1,9 +1,11 @@
 #include <limits>
+#include <numbers>
 
 #include <Eigen/SVD>
 #include "planning/systems.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/world/object_space.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning::test {
 namespace {
@@ -24,6 +26,37 @@ TEST(GoalError, IsDistanceAndGeodesicAngle) {
   const GoalError error = goal_error(*model, model->neutral(), goal);
   EXPECT_NEAR(error.position, 0.5, 1e-12);
   EXPECT_NEAR(error.angle, 0.4, 1e-9);
+}
+
+TEST(PathTolerances, WhereRotationIsFree_AnAngleCountsForTheWayOfTheSurface) {
+  const auto model = load_model("allegro_cube");
+  const double length = model->scales().object(0).length;
+  Goal goal;
+  goal.tol_position = 0.2 * length;
+  goal.tol_angle = 0.1;
+  EXPECT_EQ(path_tolerances(*model, goal).angle, 0.1);
+  const Eigen::VectorXd any = Eigen::VectorXd::Constant(6, kAny);
+  goal.region = GoalRegion{-any, any};
+  goal.region->lower.head<3>() = goal.region->upper.head<3>() = Eigen::Vector3d(0.1, 0, 0);
+  EXPECT_DOUBLE_EQ(path_tolerances(*model, goal).angle, 0.2);
+  EXPECT_EQ(path_tolerances(*model, goal).position, goal.tol_position);
+  EXPECT_DOUBLE_EQ(inverse_tolerances(*model, goal)[4], 5);
+  goal.tol_position = 10 * length;
+  EXPECT_DOUBLE_EQ(path_tolerances(*model, goal).angle, 0.3);
+  goal.tol_position = 1e-3 * length;
+  EXPECT_EQ(path_tolerances(*model, goal).angle, 0.1);
+  goal.region->upper[3] = 0.5;  // one of its rotations is bounded
+  goal.tol_position = 0.2 * length;
+  EXPECT_EQ(path_tolerances(*model, goal).angle, 0.1);
+}
+
+TEST(PathTolerances, ABallTurnsAsItLikes) {
+  const auto model = load_model("allegro_ball");
+  Goal goal;
+  const Eigen::VectorXd any = Eigen::VectorXd::Constant(6, kAny);
+  goal.region = GoalRegion{-any, any};
+  goal.region->lower[2] = 0.05;
+  EXPECT_DOUBLE_EQ(path_tolerances(*model, goal).angle, std::numbers::pi);
 }
 
 TEST(GoalRegion, PlanarObject_EachCoordinateOnItsOwn) {

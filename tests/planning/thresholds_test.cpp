@@ -49,6 +49,7 @@ TEST(SceneThresholds, OfACubeOfTenCentimetresAndAHundredGrams_AreThoseFoundByHan
   EXPECT_NEAR(o.smoothing.kappa, 2 / (0.03 * 0.1 * 0.981), 1e-6);
 }
 
+/// Upwards half of the way more, since what stands in the way is passed above.
 TEST(DefaultSampleBoxes, HoldStartAndGoalAndSomeWayBeyond) {
   PlanningProblem problem;
   problem.model = world::Model::make(cube_scene(0.1, 1));
@@ -61,7 +62,7 @@ TEST(DefaultSampleBoxes, HoldStartAndGoalAndSomeWayBeyond) {
   EXPECT_EQ(boxes[0].object, 0);
   Eigen::VectorXd lower(6), upper(6);
   lower << 1 - 0.1, 2 - 0.05, 3 - 0.05, -0.2, -0.2, -0.75;
-  upper << 1.4 + 0.1, 2 + 0.05, 3 + 0.05, 0.2, 0.2, 3.75;
+  upper << 1.4 + 0.1, 2 + 0.05, 3 + 0.05 + 0.2, 0.2, 0.2, 3.75;
   EXPECT_TRUE(boxes[0].lower.isApprox(lower, 1e-9)) << boxes[0].lower.transpose();
   EXPECT_TRUE(boxes[0].upper.isApprox(upper, 1e-9)) << boxes[0].upper.transpose();
 }

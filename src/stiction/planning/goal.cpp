@@ -1,7 +1,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <variant>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/plan.hpp"
@@ -51,6 +53,15 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 Vector6d pose_error(const world::Pose& from, const world::Pose& to) {
   const Eigen::AngleAxisd turn(to.R * from.R.transpose());
   return (Vector6d() << to.p - from.p, turn.angle() * turn.axis()).finished();
+}
+
+/// It looks the same however it is turned about the centre of its mass.
+bool is_ball(const world::ObjectSpec& object) {
+  return object.joint == ObjectJoint::Free && !object.geometries.empty() &&
+         std::ranges::all_of(object.geometries, [&](const auto& geometry) {
+           const auto* ball = std::get_if<world::Sphere>(&geometry.shape);
+           return ball != nullptr && (geometry.X_BG.p - object.p_BCom).norm() <= 1e-6 * ball->radius;
+         });
 }
 
 /// D_pose_q by central differences along the given coordinates.
@@ -185,16 +196,17 @@ PathTolerances path_tolerances(const world::Model& model, const Goal& goal) {
   constexpr double kMostTurn = 0.3;  // [rad]: an object that turned farther is held otherwise than planned
   PathTolerances out{goal.tol_position, goal.tol_angle};
   if (!goal.region) return out;
-  bool turns = false;
+  double turn = std::numeric_limits<double>::infinity();
   for (const int o : goal_objects(model, goal)) {
     const auto& object = model.objects()[static_cast<std::size_t>(o)];
     for (int i = object.v_begin; i < object.v_begin + object.n_v; ++i) {
       if (model.dofs()[static_cast<std::size_t>(i)].kind != world::DofKind::Revolute) continue;
       if (std::isfinite(goal.region->lower[i]) || std::isfinite(goal.region->upper[i])) return out;
-      turns = true;
+      const bool ball = is_ball(model.scene().objects[static_cast<std::size_t>(o)]);
+      turn = std::min(turn, ball ? std::numbers::pi : std::min(kMostTurn, goal.tol_position / model.scales().object(o).length));
     }
   }
-  if (turns) out.angle = std::max(out.angle, std::min(kMostTurn, goal.tol_position / model.scales().object(goal.object).length));
+  if (std::isfinite(turn)) out.angle = std::max(out.angle, turn);
   return out;
 }
 

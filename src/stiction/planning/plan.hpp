@@ -77,7 +77,7 @@ GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goa
 Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const Goal& goal);
 
 /// How far from a path counts as one tolerance: the tolerances of the goal. Where the goal leaves the rotation of its objects free, an angle counts for the way
-/// that it moves the surface of the object.
+/// that it moves the surface of the object, and of a ball not at all.
 struct PathTolerances {
   double position = 0;  ///< [m]
   double angle = 0;     ///< [rad]
