@@ -133,7 +133,8 @@ void PlanSource::search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std:
   problem.q_start = q;
   planning::PlannerOptions options = options_;
   options.friction *= friction;
-  if (is_short) options.max_iterations = static_cast<int>(std::min<long>(options.max_iterations, std::max(kLeastSearch, 2 * usual_)));
+  if (is_short && found_ > 0)
+    options.max_iterations = static_cast<int>(std::min<long>(options.max_iterations, std::max(kLeastSearch, 2 * usual_)));
   if (number > 0) options.seed = core::Random(options_.seed ^ kPlanSeed, number).bits();
   core::RunControl control = run;
   const auto budget = core::RunControl::Clock::now() +
