@@ -113,7 +113,8 @@ Unsupported unsupported_elements(const mjSpec* spec) {
   for_each(spec, mjOBJ_TENDON, [&](mjsElement* e) {
     const mjsTendon* tendon = mjs_asTendon(e);
     if (has_spring(tendon->stiffness)) pass("tendon", e);
-    if (is_limited(tendon->limited, tendon->range)) pass("tendon", e);
+    const bool one_joint = is_fixed(e) && mjs_getWrapNum(tendon) == 1;  // whose limits these are
+    if (is_limited(tendon->limited, tendon->range) && !one_joint) pass("tendon", e);
   });
   for_each(spec, mjOBJ_ACTUATOR, [&](mjsElement* e) {
     const mjsActuator* actuator = mjs_asActuator(e);

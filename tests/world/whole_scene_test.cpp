@@ -302,11 +302,11 @@ TEST(WholeScene, PolynomialEquality_BecomesTheNearestLineAndSaysHowFarOff) {
       "curve.xml");
   const RobotContents contents = read_mjcf(file);
   const RobotJoint& b = contents.robot.joints[1];
-  EXPECT_NEAR(b.ratio, 1, 1e-9) << "of x² over [0, 1] the line x − 1/6";
-  EXPECT_NEAR(b.offset, -1.0 / 6, 0.01);
+  EXPECT_NEAR(b.ratio, 1, 1e-9) << "of x² over [0, 1] the line x − 1/8";
+  EXPECT_NEAR(b.offset, -1.0 / 8, 1e-9);
   const auto& notes = contents.robot.notes;
   EXPECT_TRUE(
-      std::any_of(notes.begin(), notes.end(), [](const auto& n) { return n.find("follow the nearest line") != std::string::npos; }));
+      std::any_of(notes.begin(), notes.end(), [](const auto& n) { return n.find("nearest line, which is off by at most [rad, m]: b 0.125") != std::string::npos; }));
 }
 
 }  // namespace

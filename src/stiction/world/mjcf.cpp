@@ -94,8 +94,9 @@ class MjcfReader : private MjcfView {
 
   RobotContents read() {
     require_supported();
-    if (const auto names = list_passed_over(); !names.empty())
+    if (const auto names = list_passed_over(motors_.couplings().meaning()); !names.empty())
       out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
+    note_balls();
     auto attributes = list_unread(*m_);
     if (roles_.by_actuators()) std::erase_if(attributes, [](const std::string& entry) { return entry.starts_with("option gravity"); });
     if (!attributes.empty()) out_.robot.notes.push_back(fmt::format("not read: {}", fmt::join(attributes, "; ")));
@@ -126,10 +127,21 @@ class MjcfReader : private MjcfView {
   }
 
  private:
+  void note_balls() {
+    std::vector<std::string> names;
+    for (int j = 0; j < m_->njnt; ++j) {
+      if (is_ball(j) && roles_.moves(j)) names.push_back(joint_name(j));
+    }
+    if (names.empty()) return;
+    out_.robot.notes.push_back(fmt::format(
+        "ball joints are hinges about z, y and x; where that about y stands at ±90°, the other two turn about the same axis: {}",
+        list_some(names)));
+  }
+
   // ---- joints that follow others ----
 
   void read_couplings() {
-    for (const MjcfCoupling& coupling : motors_.couplings()) {
+    for (const MjcfCoupling& coupling : motors_.couplings().list()) {
       RobotJoint& follower = out_.robot.joints[joint_of_[static_cast<std::size_t>(coupling.joint)]];
       if (coupling.leader < 0) {
         follower.lower = follower.upper = coupling.offset;
@@ -187,6 +199,10 @@ class MjcfReader : private MjcfView {
     joint.X_PJ = X_PB * shift(axis.anchor) * axis.at(-axis.reference);
     joint.lower = axis.limited ? m_->jnt_range[2 * j] : -kInfinity;
     joint.upper = axis.limited ? m_->jnt_range[2 * j + 1] : kInfinity;
+    if (const auto limits = motors_.couplings().limits(j)) {
+      joint.lower = std::max(joint.lower, limits->first);
+      joint.upper = std::min(joint.upper, limits->second);
+    }
     joint.stiffness = motors_.spring(j);
     joint.effort = motors_.effort(j);
     joint.friction = m_->dof_frictionloss[m_->jnt_dofadr[j]];

@@ -69,7 +69,7 @@ void MjcfView::require_supported() const {
                   file_.string(), faults.size(), faults.size() == 1 ? "" : "s", fmt::join(faults, "; ")));
 }
 
-std::vector<std::string> MjcfView::list_passed_over() const {
+std::vector<std::string> MjcfView::list_passed_over(const MjcfMeaning& read) const {
   std::vector<std::string> names;
   const auto pass = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
     names.push_back(describe(element, type, id, reason));
@@ -86,6 +86,7 @@ std::vector<std::string> MjcfView::list_passed_over() const {
   }
   for (int j = 0; j < m_->njnt; ++j) {
     if (const std::string reason = describe_spring(j); !reason.empty()) pass("joint", mjOBJ_JOINT, j, reason);
+    if (is_ball(j) && m_->jnt_limited[j] && roles_.moves(j)) pass("joint", mjOBJ_JOINT, j, "a limit of a ball joint");
   }
   for (int g = 0; g < m_->ngeom; ++g) {
     const mjtNum* velocity = m_->geom_surfacevel + 6 * g;
@@ -93,11 +94,14 @@ std::vector<std::string> MjcfView::list_passed_over() const {
     if (collides(g) && m_->geom_adhesion[g] != 0) pass("geom", mjOBJ_GEOM, g, "an adhesive surface");
   }
   for (int i = 0; i < m_->neq; ++i) {
-    if (m_->eq_active0[i] && !couples_joints(i)) pass("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
+    if (m_->eq_active0[i] && !read.equality[static_cast<std::size_t>(i)])
+      pass("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
   }
   for (int i = 0; i < m_->ntendon; ++i) {  // one that holds nothing only measures
-    if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i)) pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
-    if (m_->tendon_limited[i]) pass("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
+    const auto tendon = static_cast<std::size_t>(i);
+    if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i) && !read.tendon_spring[tendon])
+      pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
+    if (m_->tendon_limited[i] && !read.tendon_limit[tendon]) pass("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
   }
   for (int i = 0; i < m_->npair; ++i) pass("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
   for (int i = 0; i < m_->nplugin; ++i) pass("plugin", mjOBJ_PLUGIN, i, "a plugin");
@@ -166,18 +170,24 @@ bool MjcfView::is_on_free_body(int body) const {
 bool MjcfView::couples_joints(int equality) const {
   if (m_->eq_type[equality] != mjEQ_JOINT) return false;
   const int joint = m_->eq_obj1id[equality], leader = m_->eq_obj2id[equality];
-  const auto of_robot = [&](int j) { return slides_or_turns(j) && roles_.of_joint(j) == MjcfRole::Robot; };
-  return of_robot(joint) && (leader < 0 || of_robot(leader));
+  return is_motor(joint) && (leader < 0 || is_motor(leader));
+}
+
+std::optional<std::map<int, double>> MjcfView::joints_of_tendon(int tendon) const {
+  std::map<int, double> out;
+  for (int w = m_->tendon_adr[tendon]; w < m_->tendon_adr[tendon] + m_->tendon_num[tendon]; ++w) {
+    if (m_->wrap_type[w] != mjWRAP_JOINT) return std::nullopt;
+    if (m_->wrap_prm[w] == 0) continue;
+    if (!is_motor(m_->wrap_objid[w])) return std::nullopt;
+    out[m_->wrap_objid[w]] += m_->wrap_prm[w];
+  }
+  return out;
 }
 
 bool MjcfView::drives_joints(int actuator) const {
   if (m_->actuator_trntype[actuator] != mjTRN_TENDON) return false;
-  const int tendon = m_->actuator_trnid[2 * actuator], begin = m_->tendon_adr[tendon];
-  for (int w = begin; w < begin + m_->tendon_num[tendon]; ++w) {
-    if (m_->wrap_type[w] != mjWRAP_JOINT || m_->wrap_prm[w] == 0) return false;
-    if (!slides_or_turns(m_->wrap_objid[w]) || roles_.of_joint(m_->wrap_objid[w]) != MjcfRole::Robot) return false;
-  }
-  return m_->tendon_num[tendon] > 0;
+  const auto joints = joints_of_tendon(m_->actuator_trnid[2 * actuator]);
+  return joints && !joints->empty();
 }
 
 }  // namespace stiction::world

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +13,11 @@
 #include "stiction/world/mjcf_roles.hpp"
 
 namespace stiction::world {
+
+/// Which constraints of an MJCF are read, or change nothing.
+struct MjcfMeaning {
+  std::vector<bool> equality, tendon_limit, tendon_spring;  ///< per equality and tendon of the file
+};
 
 /// What a compiled MJCF says of its elements: names, which of them collide, hang together or mean nothing here.
 class MjcfView {
@@ -31,7 +38,11 @@ class MjcfView {
   bool slides_or_turns(int joint) const { return m_->jnt_type[joint] == mjJNT_HINGE || m_->jnt_type[joint] == mjJNT_SLIDE; }
   /// A joint of the robot follows another one by y − y₀ = a₀ + a₁ (x − x₀) + … + a₄ (x − x₀)⁴, or stands at y − y₀ = a₀.
   bool couples_joints(int equality) const;
-  /// The joints of a fixed tendon that an actuator pulls on move together.
+  /// A hinge or a slide of the robot.
+  bool is_motor(int joint) const { return slides_or_turns(joint) && roles_.of_joint(joint) == MjcfRole::Robot; }
+  /// Joints of a fixed tendon and their coefficients, without those that are 0; nullopt where others than the robot's count.
+  std::optional<std::map<int, double>> joints_of_tendon(int tendon) const;
+  /// On a tendon over joints of the robot alone.
   bool drives_joints(int actuator) const;
   /// An object, what is welded to it or what hangs on it collides.
   bool object_collides(int top) const;
@@ -41,7 +52,7 @@ class MjcfView {
   /// What kinematics and contacts cannot do without is there. @throws core::InvalidInput that names all the rest
   void require_supported() const;
   /// Forces beside those of servos and contacts, and free bodies that are only seen: they mean nothing here.
-  std::vector<std::string> list_passed_over() const;
+  std::vector<std::string> list_passed_over(const MjcfMeaning& read) const;
 
  protected:
   const mjModel* m_;
