@@ -160,6 +160,7 @@ TEST(MjcfCouplings, LimitsOfTendons_AreJointsThatFollowOrLimitsOfJoints) {
   EXPECT_STREQ(coupled.leader("tip"), "middle");
   EXPECT_DOUBLE_EQ(coupled.of("tip").ratio, 8.0 / 7);
   EXPECT_DOUBLE_EQ(coupled.of("tip").offset, 0);
+  EXPECT_DOUBLE_EQ(coupled.of("tip").room, 1.0 / 7);
   ASSERT_EQ(coupled.couplings.notes().size(), 1u);
   EXPECT_NE(coupled.couplings.notes()[0].find("at most [rad, m]: tip 0.143"), std::string::npos) << coupled.couplings.notes()[0];
   const auto limits = coupled.couplings.limits(mj_name2id(coupled.m.get(), mjOBJ_JOINT, "middle"));

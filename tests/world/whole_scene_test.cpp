@@ -155,6 +155,41 @@ TEST(WholeScene, KeyframesSitesAndThePoseOfTheFile_AreRead) {
   EXPECT_EQ(knob->moved_by, "drawer");
 }
 
+/// Of a keyframe with a ball anywhere, also where its second hinge stands upright and the others turn about the same axis.
+TEST(WholeScene, BallJointOfAKeyframe_StandsWhereMujocoHasIt) {
+  const double half = std::sqrt(0.5);
+  const Eigen::Quaterniond upright(half, 0, half, 0), down(half, 0, -half, 0), turned(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()));
+  const Eigen::Quaterniond tiny(Eigen::AngleAxisd(1e-9, Eigen::Vector3d::UnitX())),
+      large(Eigen::AngleAxisd(3.1, Eigen::Vector3d(0.6, 0, 0.8))), rolled(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX()));
+  for (const Eigen::Quaterniond& R :
+       {Eigen::Quaterniond::Identity(), tiny, large, upright, down, turned * upright, rolled * down, turned * upright * rolled}) {
+    const auto file = write_mjcf(
+        fmt::format(
+            R"(<worldbody><body name="r"><joint name="j"/><geom size=".1"/></body><body name="knob" pos="1 0 0" euler="10 20 30"><joint name="b" type="ball" pos=".1 0 0"/>
+      <geom type="box" size=".1 .2 .3"/></body></worldbody><actuator><motor joint="j"/></actuator><keyframe><key name="k" qpos="0 {:.17g} {:.17g} {:.17g} {:.17g}"/></keyframe>)",
+            R.w(), R.x(), R.y(), R.z()),
+        "ball.xml");
+    const auto model = Model::make(parse_scene("file: ball.xml", file.parent_path()));
+    const FileConfiguration& at = model->scene().robots[0].contents->keyframes[0];
+    Eigen::VectorXd q = model->neutral();
+    for (const auto& [object, value] : at.objects)
+      q.segment(model->objects()[static_cast<std::size_t>(model->object_index(object))].q_begin, 1) = value;
+    const Owned<mjModel> m = load_mujoco(file);
+    const Owned<mjData> d(mj_makeData(m.get()));
+    mj_resetDataKeyframe(m.get(), d.get(), 0);
+    mj_kinematics(m.get(), d.get());
+    KinematicsWorkspace work(*model);
+    Kinematics kinematics;
+    calc_kinematics(*model, q, work, kinematics);
+    const int knob = body_index(*model, "knob"), geom = m->body_geomadr[mj_name2id(m.get(), mjOBJ_BODY, "knob")];
+    const auto box = std::ranges::find_if(model->geometries(), [&](const Geometry& g) { return g.body == knob; });
+    const Pose X_WG = kinematics.X_WB[static_cast<std::size_t>(knob)] * box->X_BG;
+    EXPECT_LT(distance(X_WG, pose_of(d->geom_xpos + 3 * geom, d->geom_xmat + 9 * geom)), 1e-7) << R.coeffs().transpose();
+    EXPECT_TRUE(std::ranges::any_of(model->notes(),
+                                    [](const auto& n) { return n.find("ball joints are hinges about z, y and x") != std::string::npos; }));
+  }
+}
+
 TEST(WholeScene, NamedObjects_AreTheOnlyOnes) {
   const Scene scene = read("objects: [drawer, {name: ball, joint: free, mass: 1, shapes: [{sphere: {radius: 0.1}}]}]\n");
   EXPECT_EQ(names_of(scene), (std::vector<std::string>{"drawer", "ball"}));
@@ -305,8 +340,9 @@ TEST(WholeScene, PolynomialEquality_BecomesTheNearestLineAndSaysHowFarOff) {
   EXPECT_NEAR(b.ratio, 1, 1e-9) << "of x² over [0, 1] the line x − 1/8";
   EXPECT_NEAR(b.offset, -1.0 / 8, 1e-9);
   const auto& notes = contents.robot.notes;
-  EXPECT_TRUE(
-      std::any_of(notes.begin(), notes.end(), [](const auto& n) { return n.find("nearest line, which is off by at most [rad, m]: b 0.125") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const auto& n) {
+    return n.find("nearest line, which is off by at most [rad, m]: b 0.125") != std::string::npos;
+  }));
 }
 
 }  // namespace

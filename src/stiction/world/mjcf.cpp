@@ -150,6 +150,7 @@ class MjcfReader : private MjcfView {
       follower.leader = static_cast<int>(joint_of_[static_cast<std::size_t>(coupling.leader)]);
       follower.ratio = coupling.ratio;
       follower.offset = coupling.offset;
+      follower.room = coupling.room;
     }
     release_placeholder_limits(out_.robot);
     try {

@@ -247,6 +247,9 @@ void MjcfCouplings::take_narrow_limits() {
     const mjtNum* limits = m_->tendon_range + 2 * i;
     const double room = (limits[1] - limits[0]) / 2 / std::abs(length.terms.at(*follower));
     length.constant -= (limits[0] + limits[1]) / 2;
+    for (MjcfCoupling& line : lines_) {
+      if (line.leader == *follower) line.room += std::abs(line.ratio) * room;
+    }
     if (couple(length, *follower) && room > 0) kept_near_.push_back(fmt::format("{} {:.3g}", joint_name(*follower), room));
   }
 }

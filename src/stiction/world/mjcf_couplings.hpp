@@ -15,6 +15,7 @@ namespace stiction::world {
 struct MjcfCoupling {
   int joint = -1, leader = -1;
   double ratio = 1, offset = 0;
+  double room = 0;  ///< how far from that the file lets it go [rad or m]
 };
 
 /// Which joints of robots follow others. Equalities, tendons with an actuator and tendons with a limit are linear relations between joints;
