@@ -181,6 +181,29 @@ def test_joint_that_follows_another_one(folder: Path) -> None:
 
 
 @needs_drake
+def test_meshes_of_gazebo_are_written_beside_the_mjcf_in_metres(folder: Path) -> None:
+    """A DAE in centimetres, which MuJoCo does not read, scaled by (2, 1, 1)."""
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("collada")
+    text = trimesh.exchange.dae.export_collada(trimesh.creation.box((10, 20, 30))).decode()
+    (folder / "block.dae").write_text(text.replace("<asset>", '<asset><unit name="cm" meter="0.01"/>', 1))
+    (folder / "scene.sdf").write_text(SCENE.replace("wedge.obj", "block.dae"))
+    convert_sdf(folder / "scene.sdf", folder / "scene.xml")
+    model = st.import_scene(folder / "scene.xml").model
+    (mesh,) = [g for g in model.geometries if model.bodies[g.body].name == "robot/tool"]
+    corners = np.asarray(mesh.shape["vertices"])
+    assert np.allclose(sorted(np.ptp(corners, axis=0)), [0.2, 0.2, 0.3])
+
+
+@needs_drake
+def test_inertia_of_a_point_is_made_one_that_mujoco_takes(folder: Path) -> None:
+    (folder / "scene.sdf").write_text(SCENE.replace("<ixx>.01</ixx><iyy>.01</iyy><izz>.005</izz>", "<ixx>0</ixx><iyy>0</iyy><izz>0</izz>"))
+    notes = convert_sdf(folder / "scene.sdf", folder / "scene.xml")
+    assert "link 'upper' has moments of inertia of 1.35e-09 kg·m² where its file has less" in notes
+    assert st.import_scene(folder / "scene.xml").model.joint_names == ["robot/shoulder", "robot/slide"]
+
+
+@needs_drake
 def test_what_cannot_be_a_scene_is_named(folder: Path) -> None:
     assert refused(folder / "a.sdf", SCENE.replace("model://peg", "model://pegs")) == (
         "a.sdf: uri: got 'model://pegs', expected a folder with a model.config or package.xml near the file, or package_dirs; there are: peg"

@@ -27,6 +27,8 @@ from ._extras import require
 PURPOSE = "SDF files"
 LEFT_OUT = ("visual", "sensor", "plugin", "light", "gui", "scene", "physics", "gravity", "magnetic_field", "atmosphere", "spherical_coordinates", "wind", "audio")
 MESHES = (".obj", ".stl")  # that MuJoCo reads
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+LEAST_ARM = 3e-5  # radius of gyration of a link that has none [m]; MuJoCo takes no inertia of 0
 CARRIED = {"revolute": "hinge", "prismatic": "slide", "ball_rpy": "ball"}
 UNIVERSAL = "universal"
 
@@ -45,7 +47,7 @@ def convert_sdf(file: str | os.PathLike[str], out: str | os.PathLike[str], *, pa
         files = _Files(_folders_of_models(source, [Path(place) for place in package_dirs]), Path(folder))
         main = files.add(source)
         plant, inspector = _load(source, main, files)
-        converted = _Conversion(source, target, plant, inspector, list(files.texts.values()))
+        converted = _Conversion(source, target, plant, inspector, files)
     ET.indent(converted.root)
     target.write_bytes(ET.tostring(converted.root, encoding="utf-8") + b"\n")
     return converted.notes + [files.name(line) for line in said]
@@ -87,6 +89,7 @@ class _Files:
         self.folders, self.temporary = folders, temporary
         self.copies: dict[Path, Path] = {}
         self.texts: dict[Path, ET.Element] = {}  # as they are written
+        self.meshes: dict[str, Path] = {}  # by what stands in for them
 
     def add(self, file: Path) -> Path:
         """The copy of a file."""
@@ -102,9 +105,16 @@ class _Files:
         included = {uri for include in root.iter("include") for uri in include.findall("uri")}
         for uri in root.iter("uri"):
             found = self._find(uri.text or "", file)
-            uri.text = str(self.add(_model_in(found)) if uri in included else found)
+            uri.text = str(self.add(_model_in(found)) if uri in included else self._stand_in(found))
         self.copies[path].write_bytes(ET.tostring(root, encoding="utf-8"))
         return self.copies[path]
+
+    def _stand_in(self, mesh: Path) -> Path:
+        """A mesh for Drake, which needs no more than that there is one, and does not read all formats."""
+        made = self.temporary / f"mesh_{len(self.meshes)}.obj"
+        made.write_text(TETRAHEDRON)
+        self.meshes[str(made)] = mesh
+        return made
 
     def name(self, message: str) -> str:
         """What Drake says, with the names of the files themselves."""
@@ -181,10 +191,27 @@ def _place(element: ET.Element, pose: Any) -> None:
         element.set("quat", _numbers(wxyz))
 
 
+def _as_obj(path: Path, out: Path) -> Path:
+    """A mesh of another format, in metres."""
+    trimesh = require("sdf", f"{path}", "trimesh")
+    if path.suffix.lower() == ".dae":
+        require("sdf", f"{path}", "collada")
+    try:
+        mesh = trimesh.load_mesh(path)
+        if mesh.units is not None:  # of a DAE, as "0.01 * meters"
+            mesh.convert_units("meters")
+    except (ValueError, NotImplementedError, OSError) as error:
+        raise InvalidInput(f"{path}: got a mesh that cannot be read ({error}), expected OBJ, STL, DAE or GLB") from None
+    mesh.export(out)
+    return out
+
+
 class _Conversion:
     """One plant as an MJCF."""
 
-    def __init__(self, source: Path, target: Path, plant: Any, inspector: Any, texts: list[ET.Element]) -> None:
+    def __init__(self, source: Path, target: Path, plant: Any, inspector: Any, files: _Files) -> None:
+        texts = list(files.texts.values())
+        self.files = files
         self.source, self.target, self.plant, self.inspector = source, target, plant, inspector
         self.tree = require("sdf", PURPOSE, "pydrake.multibody.tree")
         self.notes: list[str] = []
@@ -337,7 +364,12 @@ class _Conversion:
         if not (math.isfinite(mass) and mass > 0):
             return
         central = body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia().CopyToFullMatrix3()
-        terms = [central[0, 0], central[1, 1], central[2, 2], central[0, 1], central[0, 2], central[1, 2]]
+        moments, axes = np.linalg.eigh(central)
+        least = mass * LEAST_ARM**2
+        if moments[0] < least:
+            self.notes.append(f"link '{body.name()}' has moments of inertia of {least:.3g} kg·m² where its file has less")
+            central = (axes * np.maximum(moments, least)) @ axes.T
+        terms = central[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
         ET.SubElement(element, "inertial", pos=_numbers(body.default_com()), mass=_numbers([mass]), fullinertia=_numbers(terms))
 
     def _add_geom(self, element: ET.Element, geometry: Any) -> None:
@@ -369,20 +401,14 @@ class _Conversion:
 
     def _mesh(self, shape: Any) -> str:
         """Meshes of other formats are written beside the MJCF."""
-        path = Path(str(shape.source().path()))
+        path = self.files.meshes[str(shape.source().path())]
         scale = tuple(float(s) for s in np.ravel(shape.scale3()))
         key = (str(path), scale)
         if key in self.meshes:
             return self.meshes[key]
         name = self._name("mesh", None, path.stem)
         if path.suffix.lower() not in MESHES:
-            trimesh = require("sdf", f"{path}", "trimesh")
-            try:
-                loaded = trimesh.load_mesh(path)
-            except (ValueError, ImportError, OSError) as error:
-                raise InvalidInput(f"{path}: got a mesh that cannot be read ({error}), expected OBJ, STL, or DAE and GLB where trimesh reads them") from None
-            path = self.target.resolve().parent / f"{self.target.stem}_{name}.obj"
-            loaded.export(path)
+            path = _as_obj(path, self.target.resolve().parent / f"{self.target.stem}_{name}.obj")
         mesh = ET.SubElement(self.assets, "mesh", name=name, file=str(path))
         if scale != (1.0, 1.0, 1.0):
             mesh.set("scale", _numbers(scale))
