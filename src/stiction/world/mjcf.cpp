@@ -434,7 +434,7 @@ class MjcfReader : private MjcfView {
                        .shape = read_shape(g),
                        .X_LG = X_LB * pose(m_->geom_pos + 3 * g, m_->geom_quat + 4 * g)};
       c.friction = m_->geom_friction[3 * g];
-      c.mask = {static_cast<std::uint32_t>(m_->geom_contype[g]), static_cast<std::uint32_t>(m_->geom_conaffinity[g])};
+      c.mask = mask(g);
       if (c.name.empty()) c.name = fmt::format("{}_{}", shape_name(c.shape), g - m_->body_geomadr[body]);
       const bool plane = m_->geom_type[g] == mjGEOM_PLANE;
       if ((plane || link == nullptr) && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 
 #include "stiction/core/invalid_input.hpp"
 
@@ -15,6 +17,44 @@ bool has_spring(const mjtNum* linear, const mjtNum* higher, int i) {
 }
 
 }  // namespace
+
+MjcfView::MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file) : m_(m), roles_(roles), file_(file) {
+  find_masks();
+}
+
+/// All pairs of one geom share a bit, which is of its type and of the affinity of the others.
+void MjcfView::find_masks() {
+  std::uint32_t used = 0;
+  for (int g = 0; g < m_->ngeom; ++g) {
+    masks_.push_back({static_cast<std::uint32_t>(m_->geom_contype[g]), static_cast<std::uint32_t>(m_->geom_conaffinity[g])});
+    used |= masks_.back().type | masks_.back().affinity;
+  }
+  std::map<int, std::uint32_t> bits;  // per geom
+  for (int i = 0; i < m_->npair; ++i) {
+    ContactMask &a = masks_[static_cast<std::size_t>(m_->pair_geom1[i])], &b = masks_[static_cast<std::size_t>(m_->pair_geom2[i])];
+    pair_read_.push_back(!is_kept_apart(i));
+    if (!pair_read_.back() || ((a.type & b.affinity) | (b.type & a.affinity)) != 0) continue;
+    std::uint32_t& bit = bits[m_->pair_geom1[i]];
+    if (bit == 0 && used != ~0u) bit = std::bit_floor(~used);
+    used |= bit;
+    a.type |= bit;
+    b.affinity |= bit;
+    pair_read_.back() = bit != 0;
+  }
+}
+
+bool MjcfView::is_kept_apart(int pair) const {
+  const int one = m_->geom_bodyid[m_->pair_geom1[pair]], other = m_->geom_bodyid[m_->pair_geom2[pair]];
+  for (int i = 0; i < m_->nexclude; ++i) {
+    const int a = m_->exclude_signature[i] >> 16, b = m_->exclude_signature[i] & 0xffff;
+    if ((a == one && b == other) || (a == other && b == one)) return true;
+  }
+  const int a = m_->body_weldid[one], b = m_->body_weldid[other];
+  const auto hangs_on = [&](int below, int above) {
+    return below != 0 && !is_on_free_body(below) && m_->body_weldid[m_->body_parentid[below]] == above;
+  };
+  return a == b || hangs_on(a, b) || hangs_on(b, a);
+}
 
 std::string MjcfView::given_name(mjtObj type, int id) const {
   const char* name = mj_id2name(m_, type, id);
@@ -103,7 +143,10 @@ std::vector<std::string> MjcfView::list_passed_over(const MjcfMeaning& read) con
       pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
     if (m_->tendon_limited[i] && !read.tendon_limit[tendon]) pass("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
   }
-  for (int i = 0; i < m_->npair; ++i) pass("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
+  for (int i = 0; i < m_->npair; ++i) {
+    if (!pair_read_[static_cast<std::size_t>(i)])
+      pass("pair", mjOBJ_PAIR, i, "a contact pair of bodies that are excluded or that a joint links, or one of too many");
+  }
   for (int i = 0; i < m_->nplugin; ++i) pass("plugin", mjOBJ_PLUGIN, i, "a plugin");
   for (int i = 0; i < m_->nactuator; ++i) {
     if (drives_joints(i)) continue;

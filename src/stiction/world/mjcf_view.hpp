@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stiction/world/mjcf_roles.hpp"
+#include "stiction/world/scene.hpp"
 
 namespace stiction::world {
 
@@ -22,7 +23,7 @@ struct MjcfMeaning {
 /// What a compiled MJCF says of its elements: names, which of them collide, hang together or mean nothing here.
 class MjcfView {
  public:
-  MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file) : m_(m), roles_(roles), file_(file) {}
+  MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file);
 
   std::string given_name(mjtObj type, int id) const;
   std::string body_name(int body) const;
@@ -33,7 +34,9 @@ class MjcfView {
   bool is_free(int joint) const { return m_->jnt_type[joint] == mjJNT_FREE; }
   double reference(int joint) const { return m_->qpos0[m_->jnt_qposadr[joint]]; }  ///< its value at the pose of the file
   bool is_ball(int joint) const { return m_->jnt_type[joint] == mjJNT_BALL; }
-  bool collides(int geom) const { return (m_->geom_contype[geom] | m_->geom_conaffinity[geom]) != 0; }
+  /// Type and affinity, in which contact pairs of their own have bits that no geom of the file has.
+  const ContactMask& mask(int geom) const { return masks_[static_cast<std::size_t>(geom)]; }
+  bool collides(int geom) const { return (mask(geom).type | mask(geom).affinity) != 0; }
   bool is_on_joint(int actuator) const;
   bool slides_or_turns(int joint) const { return m_->jnt_type[joint] == mjJNT_HINGE || m_->jnt_type[joint] == mjJNT_SLIDE; }
   /// A joint of the robot follows another one by y − y₀ = a₀ + a₁ (x − x₀) + … + a₄ (x − x₀)⁴, or stands at y − y₀ = a₀.
@@ -61,11 +64,17 @@ class MjcfView {
 
  private:
   std::string describe(std::string_view element, mjtObj type, int id, std::string_view reason) const;
+  void find_masks();
+  /// No filter of the scene lets the bodies of a contact pair touch: they are excluded, or a joint links them.
+  bool is_kept_apart(int pair) const;
   bool has_colliding_geom(int body) const;
   bool has_at_or_below(int top, const std::function<bool(int)>& has) const;
   bool is_on_free_body(int body) const;
   /// Empty where the spring of a joint is read.
   std::string describe_spring(int joint) const;
+
+  std::vector<ContactMask> masks_{};  ///< per geom
+  std::vector<bool> pair_read_{};
 };
 
 }  // namespace stiction::world
