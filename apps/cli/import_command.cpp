@@ -6,9 +6,11 @@
 
 #include "app.hpp"
 #include "import_command.hpp"
+#include "python_start.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/tasks/import_scene.hpp"
 #include "stiction/tasks/task.hpp"
+#include "stiction/world/encoding.hpp"
 
 namespace stiction::app {
 namespace {
@@ -19,20 +21,46 @@ struct ImportArguments {
   std::string file, out, object;
 };
 
+bool is_sdf(const fs::path& file) {
+  std::ifstream text(file, std::ios::binary);
+  return world::find_root(text) == "sdf";
+}
+
+void require_new(const fs::path& file) {
+  if (fs::exists(file)) core::throw_invalid("-o", fmt::format("'{}', which is there already", file.string()), "a file that is not there");
+}
+
+/// Where the MJCF of an SDF is written.
+fs::path mjcf_beside(const fs::path& out, const fs::path& file) {
+  if (out.empty())
+    core::throw_invalid("-o", "none", fmt::format("a task file, beside which the MJCF of {} is written", file.filename().string()));
+  fs::path mjcf = out;
+  mjcf.replace_extension(".xml");
+  for (const fs::path& made : {out, mjcf}) require_new(made);
+  return mjcf;
+}
+
 int run_import(const ImportArguments& arguments) {
   const fs::path out = arguments.out;
   const fs::path folder = out.empty() || !out.has_parent_path() ? fs::current_path() : out.parent_path();
-  const std::string text = tasks::import_scene(arguments.file, folder, arguments.object);
+  fs::path file = arguments.file;
+  if (is_sdf(file)) {
+    const fs::path mjcf = mjcf_beside(out, file);
+    const int code = run_python("import", Packages::Module, {"stiction", "sdf", file.string(), mjcf.string()});
+    if (code != kDone) return code;  // it has said why
+    file = mjcf;
+  }
+  const std::string text = tasks::import_scene(file, folder, arguments.object);
   print_notes(tasks::parse_task(text, folder));
   if (out.empty()) {
     say(stdout, "{}", text);
     return kDone;
   }
-  if (fs::exists(out)) core::throw_invalid("-o", fmt::format("'{}', which is there already", out.string()), "a file that is not there");
-  std::ofstream file(out, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) core::throw_invalid("-o", fmt::format("'{}', which cannot be written", out.string()), "a file in a folder that is there");
+  require_new(out);
+  std::ofstream written(out, std::ios::binary);
+  written << text;
+  written.close();
+  if (!written) core::throw_invalid("-o", fmt::format("'{}', which cannot be written", out.string()), "a file in a folder that is there");
   say(stdout, "{}: edit its goal, then `stiction lint {}` and `stiction plan {}`\n", out.string(), out.string(), out.string());
   return kDone;
 }
@@ -41,7 +69,9 @@ int run_import(const ImportArguments& arguments) {
 
 Run declare_import(CLI::App& command) {
   const auto arguments = std::make_shared<ImportArguments>();
-  command.add_option("file", arguments->file, "MJCF or URDF file with a robot and objects")->required();
+  command
+      .add_option("file", arguments->file, "MJCF, URDF or SDF file with a robot and objects; of an SDF the MJCF is written beside the task")
+      ->required();
   command.add_option("-o,--out", arguments->out, "Task file to write; without it the task goes to stdout");
   command.add_option("--object", arguments->object, "Object that the goal moves; left out: the first one");
   return [arguments] { return run_import(*arguments); };

@@ -22,7 +22,7 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"tasks", "Built-in tasks with their sizes", app::declare_tasks},
-    {"import", "Writes a task for a scene that is in one MJCF or URDF file: its robot, its objects, a start and a goal to edit",
+    {"import", "Writes a task for a scene that is in one MJCF, URDF or SDF file: its robot, its objects, a start and a goal to edit",
      app::declare_import},
     {"lint", "Looks at a task without planning it: overlaps, units, what holds and reaches the object", app::declare_lint},
     {"plan", "Plans a task and writes the plan file", app::declare_plan},

@@ -120,5 +120,30 @@ planner: {goal_bias: 2, anytime: 1}
             "scene.objects[0].mass: got 0, expected a number > 0");
 }
 
+/// The tip of a finger that a tendon leaves 1/7 rad of room beside the next joint may be given anywhere in it.
+TEST_F(StartSection, JointThatATendonKeepsNearAnother_MayBeGivenWhereTheTendonLetsIt) {
+  std::ofstream(dir_ / "finger.xml")
+      << R"(<mujoco><compiler angle="radian"/><worldbody><body><joint name="middle" range="0 1.5"/><geom size=".05"/>
+    <body pos=".3 0 0"><joint name="tip" range="0 1.7"/><geom size=".05"/></body></body></worldbody>
+    <tendon><fixed name="c" range="-.001 .001"><joint joint="tip" coef=".007"/><joint joint="middle" coef="-.007"/></fixed></tendon>
+    <actuator><position joint="middle"/></actuator></mujoco>)";
+  const auto message_at = [&](double tip) {
+    const std::string joints = "{middle: 0.5, tip: " + std::to_string(tip) + "}";
+    return message_of([&] {
+      (void)parse_task(
+          "scene: {robots: [{name: f, mjcf: finger.xml}], objects: [{name: box, joint: free, mass: 0.1, shapes: [{sphere: {radius: "
+          "0.1}}]}]}\n"
+          "start: {objects: {box: {position: [3, 0, 0]}}, joints: " +
+              joints +
+              "}\n"
+              "goal: {objects: {box: {position: [4, 0, 0]}}}\ntolerance: {position: 0.01, angle: 0.1}\n",
+          dir_);
+    });
+  };
+  for (const double tip : {0.5, 0.37, 0.64}) EXPECT_EQ(message_at(tip), "no exception") << tip;
+  for (const double tip : {0.3, 0.7})
+    EXPECT_NE(message_at(tip).find("expected 0.5, as it follows f/middle"), std::string::npos) << message_at(tip);
+}
+
 }  // namespace
 }  // namespace stiction::tasks

@@ -168,11 +168,20 @@ inline void compare_bodies(const Model& model, const Kinematics& kinematics, con
   }
 }
 
+/// By its type and affinity, or in a contact pair of its own.
+inline bool may_collide(const mjModel* m, int geom) {
+  if ((m->geom_contype[geom] | m->geom_conaffinity[geom]) != 0) return true;
+  for (int i = 0; i < m->npair; ++i) {
+    if (m->pair_geom1[i] == geom || m->pair_geom2[i] == geom) return true;
+  }
+  return false;
+}
+
 /// Every geom that collides is a geometry of its body in the same place, and there are no others.
 inline void compare_geoms(const Model& model, const Kinematics& kinematics, const mjModel* m, const mjData* d) {
   std::size_t colliding = 0;
   for (int g = 0; g < m->ngeom; ++g) {
-    if ((m->geom_contype[g] | m->geom_conaffinity[g]) == 0) continue;
+    if (!may_collide(m, g)) continue;
     ++colliding;
     const int index = body_index(model, carrier_of(m, g));
     ASSERT_GE(index, 0) << carrier_of(m, g);

@@ -115,10 +115,32 @@ TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
   ASSERT_EQ(model->notes().size(), 3u);  // the last one: no effort
   EXPECT_EQ(model->notes()[0],
             "arm: passed over: equality 'w' (a constraint beside joints and contacts); tendon 't' (a tendon with a spring); pair 'p' (a "
-            "contact pair "
-            "of its own, which ignores the geoms' filters)");
+            "contact pair of bodies that are excluded or that a joint links, or one of too many)");
   EXPECT_EQ(model->notes()[1], "arm: springs add to the stiffness of motors, whose commands act against them, of joints: j");
   EXPECT_EQ(model->stiffness()[0], 3);
+}
+
+/// Geoms of hands that meet others only where a pair says so, and geoms that do not collide but for their pair.
+TEST(Mjcf, ContactPairs_MayTouchBesideWhatTypesAndAffinitiesSay) {
+  const auto file = write_mjcf(
+      R"(<worldbody><geom name="floor" type="plane" size="1 1 1" contype="0" conaffinity="0"/>
+         <body><joint/><geom name="a" size=".1" contype="1" conaffinity="0"/></body><body pos="3 0 0"><joint/><geom name="b" size=".1" contype="1" conaffinity="0"/></body>
+         <body pos="6 0 0"><joint/><geom name="c" size=".1" contype="1" conaffinity="0"/></body><body pos="9 0 3"><freejoint/><geom name="d" size=".1" contype="0" conaffinity="0"/></body></worldbody>
+         <contact><pair geom1="a" geom2="b"/><pair geom1="b" geom2="c"/><pair geom1="d" geom2="floor"/><pair name="easy" geom1="d" geom2="a" condim="1"/></contact>)",
+      "pairs.xml");
+  const auto model = make_model(file);
+  std::set<std::string> pairs;
+  const auto name = [&](int geometry) {
+    return model->geometries()[static_cast<std::size_t>(geometry)].name.substr(
+        model->geometries()[static_cast<std::size_t>(geometry)].name.rfind('/') + 1);
+  };
+  for (const Pair& pair : model->pairs()) pairs.insert(name(pair.geometry_a) + name(pair.geometry_b));
+  EXPECT_EQ(pairs, (std::set<std::string>{"ab", "bc", "dfloor", "da"}));
+  const auto notes = model->notes();
+  EXPECT_TRUE(std::ranges::any_of(notes, [](const auto& n) {
+    return n.find("condim and friction of contact pairs easy (the friction of both geoms counts)") != std::string::npos;
+  }));
+  EXPECT_TRUE(std::ranges::none_of(notes, [](const auto& n) { return n.find("passed over") != std::string::npos; }));
 }
 
 TEST(Mjcf, JointsOfAnEquality_MoveTogether) {

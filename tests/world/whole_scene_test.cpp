@@ -155,6 +155,83 @@ TEST(WholeScene, KeyframesSitesAndThePoseOfTheFile_AreRead) {
   EXPECT_EQ(knob->moved_by, "drawer");
 }
 
+/// Of each keyframe of a file, every geom that collides stands where MuJoCo has it.
+void expect_keyframes_as_in_mujoco(const fs::path& file) {
+  const auto model = Model::make(parse_scene(fmt::format("file: {}", file.filename().string()), file.parent_path()));
+  const Owned<mjModel> m = load_mujoco(file);
+  const Owned<mjData> d(mj_makeData(m.get()));
+  const auto& keyframes = model->scene().robots[0].contents->keyframes;
+  ASSERT_EQ(static_cast<int>(keyframes.size()), m->nkey);
+  for (int key = 0; key < m->nkey; ++key) {
+    const FileConfiguration& at = keyframes[static_cast<std::size_t>(key)];
+    Eigen::VectorXd q = model->neutral();
+    for (const auto& [object, value] : at.objects)
+      q.segment(model->objects()[static_cast<std::size_t>(model->object_index(object))].q_begin, value.size()) = value;
+    for (const auto& [joint, value] : at.joints) q[model->n_qu() + model->joint_index(joint)] = value;
+    mj_resetDataKeyframe(m.get(), d.get(), key);
+    mj_kinematics(m.get(), d.get());
+    KinematicsWorkspace work(*model);
+    Kinematics kinematics;
+    calc_kinematics(*model, q, work, kinematics);
+    for (int g = 0; g < m->ngeom; ++g) {
+      const Pose X_WG = pose_of(d->geom_xpos + 3 * g, d->geom_xmat + 9 * g);
+      EXPECT_TRUE(std::ranges::any_of(model->geometries(),
+                                      [&](const Geometry& geometry) {
+                                        return distance(kinematics.X_WB[static_cast<std::size_t>(geometry.body)] * geometry.X_BG, X_WG) <
+                                               1e-7;
+                                      }))
+          << "geom " << g << " in keyframe " << key;
+    }
+  }
+}
+
+std::string key_of(const std::vector<double>& qpos) {
+  std::string out;
+  for (const double x : qpos) out += fmt::format("{:.17g} ", x);
+  return fmt::format("<key qpos='{}'/>", out);
+}
+
+/// A ball anywhere, also where its second hinge stands upright and the others turn about the same axis.
+TEST(WholeScene, BallJoints_StandWhereMujocoHasThem) {
+  const double half = std::sqrt(0.5);
+  const Eigen::Quaterniond upright(half, 0, half, 0), down(half, 0, -half, 0), turned(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()));
+  const Eigen::Quaterniond tiny(Eigen::AngleAxisd(1e-9, Eigen::Vector3d::UnitX())),
+      large(Eigen::AngleAxisd(3.1, Eigen::Vector3d(0.6, 0, 0.8))), rolled(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX()));
+  std::string keys;
+  for (const Eigen::Quaterniond& R :
+       {Eigen::Quaterniond::Identity(), tiny, large, upright, down, turned * upright, rolled * down, turned * upright * rolled})
+    keys += key_of({0.3, R.w(), R.x(), R.y(), R.z()});
+  const fs::path file = write_mjcf(
+      R"(<worldbody><body name="r"><joint name="j"/><geom size=".1"/></body><body name="knob" pos="1 0 0" euler="10 20 30"><joint name="b" type="ball" pos=".1 0 0"/>
+      <geom type="box" size=".1 .2 .3"/></body></worldbody><actuator><motor joint="j"/></actuator><keyframe>)" +
+          keys + "</keyframe>",
+      "ball.xml");
+  expect_keyframes_as_in_mujoco(file);
+  const auto notes = read_mjcf(file).robot.notes;
+  EXPECT_TRUE(std::ranges::any_of(
+      notes, [](const auto& n) { return n.starts_with("ball joints are hinges about z, y and x") && n.ends_with(": b"); }));
+}
+
+/// A free box with a lid on a hinge, on which a knob hangs on a ball and a bolt on a slide.
+TEST(WholeScene, ChainsOnAFreeBody_StandWhereMujocoHasThem) {
+  core::Random random(8, 1);
+  std::string keys;
+  for (int k = 0; k < 10; ++k) {
+    std::vector<double> qpos(1 + 7 + 1 + 4 + 1);
+    for (double& x : qpos) x = random.normal();
+    keys += key_of(qpos);
+  }
+  expect_keyframes_as_in_mujoco(write_mjcf(
+      R"(<worldbody><body name="r" pos="0 0 2"><joint name="j"/><geom size=".1"/></body>
+      <body name="box" pos="1 0 0"><freejoint/><geom type="box" size=".1 .2 .3"/>
+        <body name="lid" pos="0 0 .3" euler="0 30 0"><joint axis="0 1 .2" pos="-.1 0 0" ref="15"/><geom type="box" size=".1 .2 .01"/>
+          <body name="knob" pos=".1 0 0"><joint type="ball" pos="0 0 -.02"/><geom type="capsule" size=".02 .03"/></body>
+          <body name="bolt" pos="-.1 0 0"><joint type="slide" axis="0 1 0"/><geom type="cylinder" size=".01 .05"/></body></body></body></worldbody>
+      <actuator><motor joint="j"/></actuator><keyframe>)" +
+          keys + "</keyframe>",
+      "chain.xml"));
+}
+
 TEST(WholeScene, NamedObjects_AreTheOnlyOnes) {
   const Scene scene = read("objects: [drawer, {name: ball, joint: free, mass: 1, shapes: [{sphere: {radius: 0.1}}]}]\n");
   EXPECT_EQ(names_of(scene), (std::vector<std::string>{"drawer", "ball"}));
@@ -302,11 +379,12 @@ TEST(WholeScene, PolynomialEquality_BecomesTheNearestLineAndSaysHowFarOff) {
       "curve.xml");
   const RobotContents contents = read_mjcf(file);
   const RobotJoint& b = contents.robot.joints[1];
-  EXPECT_NEAR(b.ratio, 1, 1e-9) << "of x² over [0, 1] the line x − 1/6";
-  EXPECT_NEAR(b.offset, -1.0 / 6, 0.01);
+  EXPECT_NEAR(b.ratio, 1, 1e-9) << "of x² over [0, 1] the line x − 1/8";
+  EXPECT_NEAR(b.offset, -1.0 / 8, 1e-9);
   const auto& notes = contents.robot.notes;
-  EXPECT_TRUE(
-      std::any_of(notes.begin(), notes.end(), [](const auto& n) { return n.find("follow the nearest line") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const auto& n) {
+    return n.find("nearest line, which is off by at most [rad, m]: b 0.125") != std::string::npos;
+  }));
 }
 
 }  // namespace

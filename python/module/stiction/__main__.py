@@ -14,6 +14,7 @@ MODULES = {
     "grasps": "grasps",
     "repair": "demonstrations",
     "report": "reports",
+    "sdf": "sdf",
     "stream": "_stream_command",
     "sweep": "_sweep_command",
 }

@@ -79,12 +79,23 @@ std::string names_of(const Joints& joints) {
   return world::list_some(names);
 }
 
-/// A joint that follows another one is where that takes it.
+/// How far the file of a robot lets a joint be from where its leader takes it. Limits are soft where such values come from, and give way.
+double room_of(const Model& model, const world::Follower& follower) {
+  constexpr double kSoft = 1.1;
+  for (const auto& robot : model.scene().robots) {
+    for (const auto& joint : robot.contents->robot.joints) {
+      if (follower.name == fmt::format("{}/{}", robot.name, joint.name)) return kSoft * joint.room;
+    }
+  }
+  return 0;
+}
+
+/// A joint that follows another one is where that takes it, or as near as its file lets it be.
 /// @param q  configuration with the joints that move by themselves
 void require_follows(const YamlNode& node, const Model& model, const world::Follower& follower, double value, const Eigen::VectorXd& q) {
   const double expected = follower.ratio * q[model.n_qu() + follower.dof - model.n_vu()] + follower.offset;
   const double unit = follower.kind == world::DofKind::Revolute ? 1 : model.scales().robots().length;
-  if (std::abs(value - expected) <= world::share::kMotionless * unit) return;
+  if (std::abs(value - expected) <= room_of(model, follower) + world::share::kMotionless * unit) return;
   node.fail(fmt::format("{} = {:g}", follower.name, value), fmt::format("{:g}, as it follows {}, or no number for it", expected,
                                                                         model.dofs()[static_cast<std::size_t>(follower.dof)].name));
 }

@@ -94,4 +94,42 @@ std::string xml_text(std::string bytes, const std::filesystem::path& file, std::
   return bytes;
 }
 
+namespace {
+
+/// Reads until behind `end`.
+void skip_behind(std::istream& text, std::string_view end) {
+  std::string last;
+  for (char c = 0; !last.ends_with(end) && text.get(c);) {
+    last += c;
+    if (last.size() > end.size()) last.erase(0, 1);
+  }
+}
+
+/// Behind "<!": a comment, or a document type, whose declarations stand in brackets of the same kind.
+void skip_declaration(std::istream& text) {
+  char c = 0;
+  if (text.get(c) && c == '-') return skip_behind(text, "-->");
+  for (int open = c == '>' ? 0 : 1; open > 0 && text.get(c);) open += c == '<' ? 1 : c == '>' ? -1 : 0;
+}
+
+}  // namespace
+
+std::string find_root(std::istream& text) {
+  for (char c = 0; text.get(c);) {
+    if (c != '<') continue;
+    const int next = text.peek();
+    if (next == '?') {
+      skip_behind(text, "?>");
+    } else if (next == '!') {
+      text.get(c);
+      skip_declaration(text);
+    } else {
+      std::string name;
+      while (text.get(c) && std::string_view(" \t\r\n/>").find(c) == std::string_view::npos) name += c;
+      return name;
+    }
+  }
+  return "";
+}
+
 }  // namespace stiction::world

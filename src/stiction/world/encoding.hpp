@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <istream>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,5 +18,9 @@ std::string read_bytes(const std::filesystem::path& file);
 /// @param bytes  of the file   @throws core::InvalidInput "file:line: what: …": bytes that are neither
 /// Tests: tests/world/bad_input_test.cpp
 std::string xml_text(std::string bytes, const std::filesystem::path& file, std::string_view what);
+
+/// Name of the root element of an XML text, which is read no further; empty where there is no element.
+/// Tests: tests/world/foreign_xml_test.cpp
+std::string find_root(std::istream& text);
 
 }  // namespace stiction::world

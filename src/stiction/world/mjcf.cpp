@@ -94,8 +94,9 @@ class MjcfReader : private MjcfView {
 
   RobotContents read() {
     require_supported();
-    if (const auto names = list_passed_over(); !names.empty())
+    if (const auto names = list_passed_over(motors_.couplings().meaning()); !names.empty())
       out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
+    note_balls();
     auto attributes = list_unread(*m_);
     if (roles_.by_actuators()) std::erase_if(attributes, [](const std::string& entry) { return entry.starts_with("option gravity"); });
     if (!attributes.empty()) out_.robot.notes.push_back(fmt::format("not read: {}", fmt::join(attributes, "; ")));
@@ -126,10 +127,21 @@ class MjcfReader : private MjcfView {
   }
 
  private:
+  void note_balls() {
+    std::vector<std::string> names;
+    for (int j = 0; j < m_->njnt; ++j) {
+      if (is_ball(j) && roles_.moves(j)) names.push_back(joint_name(j));
+    }
+    if (names.empty()) return;
+    out_.robot.notes.push_back(fmt::format(
+        "ball joints are hinges about z, y and x; where that about y stands at ±90°, the other two turn about the same axis: {}",
+        list_some(names)));
+  }
+
   // ---- joints that follow others ----
 
   void read_couplings() {
-    for (const MjcfCoupling& coupling : motors_.couplings()) {
+    for (const MjcfCoupling& coupling : motors_.couplings().list()) {
       RobotJoint& follower = out_.robot.joints[joint_of_[static_cast<std::size_t>(coupling.joint)]];
       if (coupling.leader < 0) {
         follower.lower = follower.upper = coupling.offset;
@@ -138,6 +150,7 @@ class MjcfReader : private MjcfView {
       follower.leader = static_cast<int>(joint_of_[static_cast<std::size_t>(coupling.leader)]);
       follower.ratio = coupling.ratio;
       follower.offset = coupling.offset;
+      follower.room = coupling.room;
     }
     release_placeholder_limits(out_.robot);
     try {
@@ -187,6 +200,10 @@ class MjcfReader : private MjcfView {
     joint.X_PJ = X_PB * shift(axis.anchor) * axis.at(-axis.reference);
     joint.lower = axis.limited ? m_->jnt_range[2 * j] : -kInfinity;
     joint.upper = axis.limited ? m_->jnt_range[2 * j + 1] : kInfinity;
+    if (const auto limits = motors_.couplings().limits(j)) {
+      joint.lower = std::max(joint.lower, limits->first);
+      joint.upper = std::min(joint.upper, limits->second);
+    }
     joint.stiffness = motors_.spring(j);
     joint.effort = motors_.effort(j);
     joint.friction = m_->dof_frictionloss[m_->jnt_dofadr[j]];
@@ -417,7 +434,7 @@ class MjcfReader : private MjcfView {
                        .shape = read_shape(g),
                        .X_LG = X_LB * pose(m_->geom_pos + 3 * g, m_->geom_quat + 4 * g)};
       c.friction = m_->geom_friction[3 * g];
-      c.mask = {static_cast<std::uint32_t>(m_->geom_contype[g]), static_cast<std::uint32_t>(m_->geom_conaffinity[g])};
+      c.mask = mask(g);
       if (c.name.empty()) c.name = fmt::format("{}_{}", shape_name(c.shape), g - m_->body_geomadr[body]);
       const bool plane = m_->geom_type[g] == mjGEOM_PLANE;
       if ((plane || link == nullptr) && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);

@@ -52,8 +52,11 @@ double MjcfAxes::value(const MjcfAxis& axis, const mjtNum* qpos) const {
   const mjtNum* q = qpos + m_->jnt_qposadr[axis.joint];
   if (axis.part < 0) return q[0];
   const Matrix3d R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
-  const double angles[] = {std::atan2(R(1, 0), R(0, 0)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)), std::atan2(R(2, 1), R(2, 2))};
-  return angles[axis.part];
+  constexpr double kUpright = 1e-7;  // cosine of y from where z and x turn about one axis, and x is 0
+  const double cosine = std::hypot(R(0, 0), R(1, 0)), y = std::atan2(-R(2, 0), cosine);
+  if (axis.part == 1) return y;
+  if (cosine < kUpright) return axis.part == 0 ? std::atan2(-R(0, 1), R(1, 1)) : 0;
+  return axis.part == 0 ? std::atan2(R(1, 0), R(0, 0)) : std::atan2(R(2, 1), R(2, 2));
 }
 
 }  // namespace stiction::world

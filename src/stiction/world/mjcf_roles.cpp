@@ -101,12 +101,34 @@ struct MjcfRoles::Builder {
     for (bool again = true; again;) {  // what follows a robot's joint is the robot's
       again = false;
       for (int i = 0; i < m.neq; ++i) {
-        if (!m.eq_active0[i] || m.eq_type[i] != mjEQ_JOINT || m.eq_obj2id[i] < 0) continue;
-        const int follower = tree_of(m.eq_obj1id[i]), leader = tree_of(m.eq_obj2id[i]);
-        if (!actuated[at(leader)] || actuated[at(follower)]) continue;
-        actuated[at(follower)] = again = true;
+        if (m.eq_active0[i] && share_role(joints_of_equality(i), m.eq_type[i] == mjEQ_JOINT ? 1 : 0)) again = true;
       }
     }
+  }
+
+  /// Joints that an equality of joints or of tendons ties to each other; of joints the one that follows comes first.
+  std::vector<int> joints_of_equality(int i) const {
+    std::vector<int> joints;
+    if (m.eq_type[i] == mjEQ_JOINT && m.eq_obj2id[i] >= 0) joints = {m.eq_obj1id[i], m.eq_obj2id[i]};
+    if (m.eq_type[i] != mjEQ_TENDON) return joints;
+    for (const int tendon : {m.eq_obj1id[i], m.eq_obj2id[i]}) {
+      for (int w = tendon < 0 ? 0 : m.tendon_adr[tendon]; tendon >= 0 && w < m.tendon_adr[tendon] + m.tendon_num[tendon]; ++w) {
+        if (m.wrap_type[w] == mjWRAP_JOINT) joints.push_back(m.wrap_objid[w]);
+      }
+    }
+    return joints;
+  }
+
+  /// All trees of the joints are the robot's where that of one of them is. @param first  of the joints that count for this
+  /// @returns whether there are more such trees now
+  bool share_role(const std::vector<int>& joints, std::size_t first) {
+    bool any = false, more = false;
+    for (std::size_t k = first; k < joints.size(); ++k) any = any || actuated[at(tree_of(joints[k]))];
+    for (const int joint : joints) {
+      more = more || (any && !actuated[at(tree_of(joint))]);
+      if (any) actuated[at(tree_of(joint))] = true;
+    }
+    return more;
   }
   int tree_of(int joint) const { return tree[at(m.jnt_bodyid[joint])]; }
 

@@ -18,6 +18,7 @@ class UnreadFinder {
 
   std::vector<std::string> find() {
     look_at_geoms();
+    look_at_pairs();
     look_at_joints();
     look_at_servos();
     look_at_options();
@@ -57,6 +58,13 @@ class UnreadFinder {
     look_at("priority", "the friction of both geoms counts", [&](int g) { return m_.geom_priority[g] != 0; });
     look_at("solmix, solref, solimp", "contacts are rigid",
             [&](int g) { return m_.geom_solmix[g] != 1 || is_soft(m_.geom_solref + mjNREF * g, m_.geom_solimp + mjNIMP * g); });
+  }
+
+  void look_at_pairs() {
+    look("condim and friction", "contact pairs", mjOBJ_PAIR, m_.npair, "the friction of both geoms counts", [&](int i) {
+      const double one = m_.geom_friction[3 * m_.pair_geom1[i]], other = m_.geom_friction[3 * m_.pair_geom2[i]];
+      return m_.pair_dim[i] == 1 || m_.pair_friction[5 * i] != std::max(one, other);
+    });
   }
 
   void look_at_joints() {

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 
 #include "stiction/core/invalid_input.hpp"
 
@@ -15,6 +17,44 @@ bool has_spring(const mjtNum* linear, const mjtNum* higher, int i) {
 }
 
 }  // namespace
+
+MjcfView::MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file) : m_(m), roles_(roles), file_(file) {
+  find_masks();
+}
+
+/// All pairs of one geom share a bit, which is of its type and of the affinity of the others.
+void MjcfView::find_masks() {
+  std::uint32_t used = 0;
+  for (int g = 0; g < m_->ngeom; ++g) {
+    masks_.push_back({static_cast<std::uint32_t>(m_->geom_contype[g]), static_cast<std::uint32_t>(m_->geom_conaffinity[g])});
+    used |= masks_.back().type | masks_.back().affinity;
+  }
+  std::map<int, std::uint32_t> bits;  // per geom
+  for (int i = 0; i < m_->npair; ++i) {
+    ContactMask &a = masks_[static_cast<std::size_t>(m_->pair_geom1[i])], &b = masks_[static_cast<std::size_t>(m_->pair_geom2[i])];
+    pair_read_.push_back(!is_kept_apart(i));
+    if (!pair_read_.back() || ((a.type & b.affinity) | (b.type & a.affinity)) != 0) continue;
+    std::uint32_t& bit = bits[m_->pair_geom1[i]];
+    if (bit == 0 && used != ~0u) bit = std::bit_floor(~used);
+    used |= bit;
+    a.type |= bit;
+    b.affinity |= bit;
+    pair_read_.back() = bit != 0;
+  }
+}
+
+bool MjcfView::is_kept_apart(int pair) const {
+  const int one = m_->geom_bodyid[m_->pair_geom1[pair]], other = m_->geom_bodyid[m_->pair_geom2[pair]];
+  for (int i = 0; i < m_->nexclude; ++i) {
+    const int a = m_->exclude_signature[i] >> 16, b = m_->exclude_signature[i] & 0xffff;
+    if ((a == one && b == other) || (a == other && b == one)) return true;
+  }
+  const int a = m_->body_weldid[one], b = m_->body_weldid[other];
+  const auto hangs_on = [&](int below, int above) {
+    return below != 0 && !is_on_free_body(below) && m_->body_weldid[m_->body_parentid[below]] == above;
+  };
+  return a == b || hangs_on(a, b) || hangs_on(b, a);
+}
 
 std::string MjcfView::given_name(mjtObj type, int id) const {
   const char* name = mj_id2name(m_, type, id);
@@ -69,7 +109,7 @@ void MjcfView::require_supported() const {
                   file_.string(), faults.size(), faults.size() == 1 ? "" : "s", fmt::join(faults, "; ")));
 }
 
-std::vector<std::string> MjcfView::list_passed_over() const {
+std::vector<std::string> MjcfView::list_passed_over(const MjcfMeaning& read) const {
   std::vector<std::string> names;
   const auto pass = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
     names.push_back(describe(element, type, id, reason));
@@ -86,6 +126,7 @@ std::vector<std::string> MjcfView::list_passed_over() const {
   }
   for (int j = 0; j < m_->njnt; ++j) {
     if (const std::string reason = describe_spring(j); !reason.empty()) pass("joint", mjOBJ_JOINT, j, reason);
+    if (is_ball(j) && m_->jnt_limited[j] && roles_.moves(j)) pass("joint", mjOBJ_JOINT, j, "a limit of a ball joint");
   }
   for (int g = 0; g < m_->ngeom; ++g) {
     const mjtNum* velocity = m_->geom_surfacevel + 6 * g;
@@ -93,13 +134,19 @@ std::vector<std::string> MjcfView::list_passed_over() const {
     if (collides(g) && m_->geom_adhesion[g] != 0) pass("geom", mjOBJ_GEOM, g, "an adhesive surface");
   }
   for (int i = 0; i < m_->neq; ++i) {
-    if (m_->eq_active0[i] && !couples_joints(i)) pass("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
+    if (m_->eq_active0[i] && !read.equality[static_cast<std::size_t>(i)])
+      pass("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
   }
   for (int i = 0; i < m_->ntendon; ++i) {  // one that holds nothing only measures
-    if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i)) pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
-    if (m_->tendon_limited[i]) pass("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
+    const auto tendon = static_cast<std::size_t>(i);
+    if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i) && !read.tendon_spring[tendon])
+      pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
+    if (m_->tendon_limited[i] && !read.tendon_limit[tendon]) pass("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
   }
-  for (int i = 0; i < m_->npair; ++i) pass("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
+  for (int i = 0; i < m_->npair; ++i) {
+    if (!pair_read_[static_cast<std::size_t>(i)])
+      pass("pair", mjOBJ_PAIR, i, "a contact pair of bodies that are excluded or that a joint links, or one of too many");
+  }
   for (int i = 0; i < m_->nplugin; ++i) pass("plugin", mjOBJ_PLUGIN, i, "a plugin");
   for (int i = 0; i < m_->nactuator; ++i) {
     if (drives_joints(i)) continue;
@@ -166,18 +213,24 @@ bool MjcfView::is_on_free_body(int body) const {
 bool MjcfView::couples_joints(int equality) const {
   if (m_->eq_type[equality] != mjEQ_JOINT) return false;
   const int joint = m_->eq_obj1id[equality], leader = m_->eq_obj2id[equality];
-  const auto of_robot = [&](int j) { return slides_or_turns(j) && roles_.of_joint(j) == MjcfRole::Robot; };
-  return of_robot(joint) && (leader < 0 || of_robot(leader));
+  return is_motor(joint) && (leader < 0 || is_motor(leader));
+}
+
+std::optional<std::map<int, double>> MjcfView::joints_of_tendon(int tendon) const {
+  std::map<int, double> out;
+  for (int w = m_->tendon_adr[tendon]; w < m_->tendon_adr[tendon] + m_->tendon_num[tendon]; ++w) {
+    if (m_->wrap_type[w] != mjWRAP_JOINT) return std::nullopt;
+    if (m_->wrap_prm[w] == 0) continue;
+    if (!is_motor(m_->wrap_objid[w])) return std::nullopt;
+    out[m_->wrap_objid[w]] += m_->wrap_prm[w];
+  }
+  return out;
 }
 
 bool MjcfView::drives_joints(int actuator) const {
   if (m_->actuator_trntype[actuator] != mjTRN_TENDON) return false;
-  const int tendon = m_->actuator_trnid[2 * actuator], begin = m_->tendon_adr[tendon];
-  for (int w = begin; w < begin + m_->tendon_num[tendon]; ++w) {
-    if (m_->wrap_type[w] != mjWRAP_JOINT || m_->wrap_prm[w] == 0) return false;
-    if (!slides_or_turns(m_->wrap_objid[w]) || roles_.of_joint(m_->wrap_objid[w]) != MjcfRole::Robot) return false;
-  }
-  return m_->tendon_num[tendon] > 0;
+  const auto joints = joints_of_tendon(m_->actuator_trnid[2 * actuator]);
+  return joints && !joints->empty();
 }
 
 }  // namespace stiction::world

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <limits>
+#include <sstream>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/encoding.hpp"
 #include "stiction/world/mjcf.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/robot_tree.hpp"
@@ -101,7 +103,10 @@ void read_source(const YamlNode& value, bool mjcf, RobotSpec& robot) {
 /// A whole scene, file or text, that is a URDF.
 bool is_whole_urdf(const YamlNode& value, std::span<const std::filesystem::path> package_dirs) {
   const std::string given = value.string();
-  if (is_xml(given)) return given.find("<robot") != std::string::npos && given.find("<mujoco") == std::string::npos;
+  if (is_xml(given)) {
+    std::istringstream text(given);
+    return find_root(text) == "robot";
+  }
   const auto file = find_resource(given, value.file().parent_path(), package_dirs);
   return !file.empty() && is_urdf(file);
 }

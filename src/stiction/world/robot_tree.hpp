@@ -47,6 +47,7 @@ struct RobotJoint {
   std::optional<double> stiffness{};                ///< K_a, where the file states it [N/m or N·m/rad]
   int leader = -1;                                  ///< joint (index) that it follows, q = ratio·q_leader + offset; −1 = moves by itself
   double ratio = 1, offset = 0;                     ///< [-], [rad or m]
+  double room = 0;                                  ///< how far the file lets it be from where its leader takes it [rad or m]
   std::optional<double> effort{};                   ///< largest force or torque of the motor, where the file states it [N or N·m]
 
   double speed_limit = std::numeric_limits<double>::infinity();  ///< largest speed, where the file states one [rad/s or m/s]

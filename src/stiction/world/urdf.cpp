@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <map>
 #include <memory>
@@ -448,9 +449,9 @@ RobotContents read_urdf_text(const std::string& text, const std::filesystem::pat
 }
 
 bool is_urdf(const std::filesystem::path& file) {
-  tinyxml2::XMLDocument document;
-  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) return file.extension() == ".urdf";
-  return std::string_view(document.RootElement()->Name()) == "robot";
+  std::ifstream text(file, std::ios::binary);
+  const std::string root = find_root(text);
+  return root.empty() ? file.extension() == ".urdf" : root == "robot";
 }
 
 }  // namespace stiction::world

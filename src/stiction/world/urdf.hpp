@@ -21,7 +21,7 @@ RobotContents read_urdf_text(const std::string& text, const std::filesystem::pat
                              std::span<const std::filesystem::path> package_dirs, const MeshOptions& mesh_options = {},
                              bool whole_scene = false);
 
-/// A file whose root element is that of a URDF; one that is no XML is judged by its ending.
+/// A file whose root element is that of a URDF; one without an element is judged by its ending. It is read no further than that element.
 bool is_urdf(const std::filesystem::path& file);
 
 /// The file of "package://PKG/REST" or "model://PKG/REST", "file://PATH", "file:PATH" or a path, relative to `base_dir` where it is not absolute.

@@ -10,7 +10,7 @@ struct Root {
 constexpr Root kRoots[] = {{"mujoco", "an MJCF", "an MJCF stands under the key mjcf"},
                            {"mujocoinclude", "a part of an MJCF", "the MJCF that includes it stands under the key mjcf"},
                            {"robot", "a URDF", "a URDF stands under the key urdf"},
-                           {"sdf", "an SDF", "convert it to a URDF first"},
+                           {"sdf", "an SDF", "`stiction import` makes an MJCF of it"},
                            {"COLLADA", "a mesh", "a mesh is named in the file of a robot"},
                            {"html", "a web page", "download the file itself"}};
 

@@ -1,0 +1,442 @@
+"""Scenes of Gazebo as MJCF: the parser of Drake reads an SDF with its frames and includes (docs/scenes.md).
+
+    python -m stiction sdf scene.sdf scene.xml   # `stiction import scene.sdf -o task.yaml` does this first
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import logging
+import math
+import os
+import sys
+import tempfile
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _command
+from ._core import InvalidInput
+from ._extras import require
+
+PURPOSE = "SDF files"
+LEFT_OUT = ("visual", "sensor", "plugin", "light", "gui", "scene", "physics", "gravity", "magnetic_field", "atmosphere", "spherical_coordinates", "wind", "audio")
+MESHES = (".obj", ".stl")  # that MuJoCo reads
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+LEAST_ARM = 3e-5  # radius of gyration of a link that has none [m]; MuJoCo takes no inertia of 0
+CARRIED = {"revolute": "hinge", "prismatic": "slide", "ball_rpy": "ball"}
+UNIVERSAL = "universal"
+
+
+def convert_sdf(file: str | os.PathLike[str], out: str | os.PathLike[str], *, package_dirs: Iterable[str | os.PathLike[str]] = ()) -> list[str]:
+    """Writes the models and the world of an SDF as an MJCF: links, joints with limits, collision shapes, inertias, frames as sites.
+
+    A joint has a motor where it states an effort that is finite and not 0, or where a <plugin> names it as <joint_name>. "model://NAME" is a
+    folder NAME with a model.config in package_dirs, in the folder of the file, or in one above it.
+
+    Returns what was taken otherwise than the file says, one sentence each. Raises InvalidInput: the file cannot be read, or has joints that
+    a scene cannot have; MissingExtra: Drake is not installed.
+    """
+    source, target = Path(file), Path(out)
+    with tempfile.TemporaryDirectory() as folder, _warnings() as said:
+        files = _Files(_folders_of_models(source, [Path(place) for place in package_dirs]), Path(folder))
+        main = files.add(source)
+        plant, inspector = _load(source, main, files)
+        converted = _Conversion(source, target, plant, inspector, files)
+    ET.indent(converted.root)
+    target.write_bytes(ET.tostring(converted.root, encoding="utf-8") + b"\n")
+    return converted.notes + [files.name(line) for line in said]
+
+
+@contextmanager
+def _warnings() -> Iterator[list[str]]:
+    """What Drake logs meanwhile."""
+    said: list[str] = []
+
+    class Handler(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            said.append(" ".join(record.getMessage().split()))
+
+    logger, handler = logging.getLogger("drake"), Handler(logging.WARNING)
+    others, passes = logger.handlers[:], logger.propagate
+    logger.handlers, logger.propagate = [handler], False
+    try:
+        yield said
+    finally:
+        logger.handlers, logger.propagate = others, passes
+
+
+def _folders_of_models(source: Path, package_dirs: Sequence[Path]) -> dict[str, Path]:
+    """Folders that an URI may name; those of package_dirs go first, then the nearest."""
+    out: dict[str, Path] = {}
+    above = source.resolve().parent
+    for place in [*package_dirs, above, *list(above.parents)[:2]]:
+        for config in [*sorted(place.glob("*/model.config")), *sorted(place.glob("*/package.xml")), place / "model.config"]:
+            if config.is_file():
+                out.setdefault(config.parent.resolve().name, config.parent.resolve())
+    return out
+
+
+class _Files:
+    """Copies of an SDF and of what it includes, with absolute paths, and without what only a simulator uses."""
+
+    def __init__(self, folders: dict[str, Path], temporary: Path) -> None:
+        self.folders, self.temporary = folders, temporary
+        self.copies: dict[Path, Path] = {}
+        self.texts: dict[Path, ET.Element] = {}  # as they are written
+        self.meshes: dict[str, Path] = {}  # by what stands in for them
+
+    def add(self, file: Path) -> Path:
+        """The copy of a file."""
+        path = file.resolve()
+        if path in self.copies:
+            return self.copies[path]
+        root = self._read(file)
+        self.texts[path] = copy.deepcopy(root)
+        self.copies[path] = self.temporary / f"{len(self.copies)}.sdf"
+        for element in list(root.iter()):
+            for child in [child for child in element if child.tag in LEFT_OUT]:
+                element.remove(child)
+        included = {uri for include in root.iter("include") for uri in include.findall("uri")}
+        for uri in root.iter("uri"):
+            found = self._find(uri.text or "", file)
+            uri.text = str(self.add(_model_in(found)) if uri in included else self._stand_in(found))
+        self.copies[path].write_bytes(ET.tostring(root, encoding="utf-8"))
+        return self.copies[path]
+
+    def _stand_in(self, mesh: Path) -> Path:
+        """A mesh for Drake, which needs no more than that there is one, and does not read all formats."""
+        made = self.temporary / f"mesh_{len(self.meshes)}.obj"
+        made.write_text(TETRAHEDRON)
+        self.meshes[str(made)] = mesh
+        return made
+
+    def name(self, message: str) -> str:
+        """What Drake says, with the names of the files themselves."""
+        for path, made in self.copies.items():
+            message = message.replace(f"/{made}", str(path)).replace(str(made), str(path))
+        return message
+
+    @staticmethod
+    def _read(file: Path) -> ET.Element:
+        if not file.is_file():
+            raise InvalidInput(f"{file}: sdf: got a file that does not exist, expected an SDF")
+        try:
+            root = ET.parse(file, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))).getroot()  # lines keep their numbers
+        except (ET.ParseError, UnicodeDecodeError) as error:
+            raise InvalidInput(f"{file}: sdf: got malformed XML ({error}), expected an SDF") from None
+        if root.tag != "sdf":
+            raise InvalidInput(f"{file}: root element: got '{root.tag}', expected 'sdf'")
+        return root
+
+    def _find(self, uri: str, file: Path) -> Path:
+        scheme, mark, rest = uri.strip().partition("://")
+        if not mark:
+            found = file.resolve().parent / scheme
+        elif scheme == "file":
+            found = file.resolve().parent / rest
+        elif scheme in ("model", "package"):
+            name, _, below = rest.partition("/")
+            if name not in self.folders:
+                known = ", ".join(sorted(self.folders)) or "none"
+                raise InvalidInput(f"{file}: uri: got '{uri}', expected a folder with a model.config or package.xml near the file, or package_dirs; there are: {known}")
+            found = self.folders[name] / below
+        else:
+            raise InvalidInput(f"{file}: uri: got '{uri}', expected model://, package://, file:// or a path: nothing is fetched from elsewhere")
+        if not found.exists():
+            raise InvalidInput(f"{file}: uri: got '{uri}', so {found}, which does not exist, expected a file")
+        return found
+
+
+def _model_in(place: Path) -> Path:
+    """The SDF of a model: the file, or the newest that the model.config of the folder names."""
+    if place.is_file():
+        return place
+    config = place / "model.config"
+    versions = ET.parse(config).getroot().findall("sdf") if config.is_file() else []
+    newest = max(versions, key=lambda sdf: [int(part) for part in (sdf.get("version") or "0").split(".")], default=None)
+    return place / (newest.text or "" if newest is not None else "model.sdf").strip()
+
+
+def _load(source: Path, main: Path, files: _Files) -> tuple[Any, Any]:
+    require("sdf", PURPOSE, "pydrake")
+    plants, parsing = require("sdf", PURPOSE, "pydrake.multibody.plant"), require("sdf", PURPOSE, "pydrake.multibody.parsing")
+    geometry = require("sdf", PURPOSE, "pydrake.geometry")
+    plant = plants.MultibodyPlant(0.001)  # a step in time, without which Drake takes no joints that follow others
+    graph = geometry.SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(graph)
+    try:
+        parsing.Parser(plant).AddModels(str(main))
+        plant.Finalize()
+    except (RuntimeError, ValueError) as error:
+        raise InvalidInput(f"{source}: sdf: got '{files.name(' '.join(str(error).split()))}', expected a file that Drake's parser takes") from None
+    return plant, graph.model_inspector()
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return " ".join(repr(float(value) + 0.0) for value in values)
+
+
+def _place(element: ET.Element, pose: Any) -> None:
+    """The pose of a body, a geom or a site in what carries it."""
+    if not np.array_equal(pose.translation(), np.zeros(3)):
+        element.set("pos", _numbers(pose.translation()))
+    wxyz = pose.rotation().ToQuaternion().wxyz()
+    if not np.allclose(wxyz[1:], 0, atol=1e-15):
+        element.set("quat", _numbers(wxyz))
+
+
+def _as_obj(path: Path, out: Path) -> Path:
+    """A mesh of another format, in metres."""
+    trimesh = require("sdf", f"{path}", "trimesh")
+    if path.suffix.lower() == ".dae":
+        require("sdf", f"{path}", "collada")
+    try:
+        mesh = trimesh.load_mesh(path)
+        if mesh.units is not None:  # of a DAE, as "0.01 * meters"
+            mesh.convert_units("meters")
+    except (ValueError, NotImplementedError, OSError) as error:
+        raise InvalidInput(f"{path}: got a mesh that cannot be read ({error}), expected OBJ, STL, DAE or GLB") from None
+    mesh.export(out)
+    return out
+
+
+class _Conversion:
+    """One plant as an MJCF."""
+
+    def __init__(self, source: Path, target: Path, plant: Any, inspector: Any, files: _Files) -> None:
+        texts = list(files.texts.values())
+        self.files = files
+        self.source, self.target, self.plant, self.inspector = source, target, plant, inspector
+        self.tree = require("sdf", PURPOSE, "pydrake.multibody.tree")
+        self.notes: list[str] = []
+        self.root = ET.Element("mujoco", model=source.stem)
+        ET.SubElement(self.root, "compiler", angle="radian", balanceinertia="true", inertiafromgeom="false", autolimits="true")
+        gravity = texts[0].findtext("world/gravity")
+        ET.SubElement(self.root, "option", gravity=gravity if gravity is not None else "0 0 -9.8")
+        self.assets = ET.SubElement(self.root, "asset")
+        self.meshes: dict[tuple[str, tuple[float, ...]], str] = {}
+        self.names: dict[Any, str] = {}
+        self.taken: dict[str, set[str]] = {}
+        self.actuators = {plant.get_joint_actuator(i).joint().index(): plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices()}
+        self.named_by_plugins = {(name.text or "").strip() for text in texts for plugin in text.iter("plugin") for name in plugin.iter("joint_name")}
+        self.motors: list[tuple[str, float]] = []
+        self.joints = [plant.get_joint(i) for i in plant.GetJointIndices()]
+        self.frames_of_joints = {int(frame.index()) for joint in self.joints for frame in (joint.frame_on_parent(), joint.frame_on_child())}
+        self._name_bodies()
+        self._add_bodies(ET.SubElement(self.root, "worldbody"))
+        self._add_mimics(texts)
+        if empty := [link.get("name", "") for text in texts for link in text.iter("link") if link.find("inertial") is None]:
+            self.notes.append(f"links without <inertial> weigh 1 kg with moments of 1 kg·m², as SDF has it: {', '.join(empty)}")
+        motors = ET.SubElement(self.root, "actuator")
+        for joint, effort in self.motors:
+            motor = ET.SubElement(motors, "motor", joint=joint)
+            if math.isfinite(effort):
+                motor.set("forcerange", _numbers([-effort, effort]))
+        for section in list(self.root):
+            if section.tag in ("asset", "actuator", "equality") and len(section) == 0:
+                self.root.remove(section)
+
+    def _name(self, kind: str, model: Any, name: str) -> str:
+        """Free of the marks that mean something in a scene; with that of its model in front where it stands there twice."""
+        taken = self.taken.setdefault(kind, set())
+        plain = name.replace("::", ".").replace("/", "_").replace(" ", "_")
+        if plain in taken:
+            plain = f"{self.plant.GetModelInstanceName(model)}.{name}".replace("::", ".").replace("/", "_").replace(" ", "_")
+        while plain in taken:
+            plain += "_"
+        taken.add(plain)
+        return plain
+
+    def _bodies(self) -> list[Any]:
+        return [self.plant.get_body(self.tree.BodyIndex(i)) for i in range(1, self.plant.num_bodies())]  # 0 is the world
+
+    def _name_bodies(self) -> None:
+        """A link that is all of its model has the model's name."""
+        counts: dict[Any, int] = {}
+        for body in self._bodies():
+            counts[body.model_instance()] = counts.get(body.model_instance(), 0) + 1
+        for body in self._bodies():
+            alone = counts[body.model_instance()] == 1
+            name = self.plant.GetModelInstanceName(body.model_instance()) if alone else body.name()
+            self.names[body.index()] = self._name("body", body.model_instance(), name)
+
+    def _add_bodies(self, world: ET.Element) -> None:
+        """Along the joints, from the world outwards; a joint may be passed from its child to its parent."""
+        plant = self.plant
+        context = plant.CreateDefaultContext()
+        elements = {plant.world_body().index(): world}
+        self._fill(world, plant.world_body())
+        open_joints = list(self.joints)
+        while open_joints:
+            ready = [j for j in open_joints if j.parent_body().index() in elements or j.child_body().index() in elements]
+            joint = ready[0]
+            open_joints.remove(joint)
+            forward = joint.parent_body().index() in elements
+            near, far = (joint.parent_body(), joint.child_body()) if forward else (joint.child_body(), joint.parent_body())
+            elements[far.index()] = self._add_body(elements[near.index()], joint, near, far, forward, context)
+
+    def _add_body(self, parent: ET.Element, joint: Any, near: Any, far: Any, forward: bool, context: Any) -> ET.Element:
+        """The pose of a body is that at q = 0 of its joint; that of a free one is its own."""
+        from pydrake.math import RigidTransform
+
+        X_PF = (joint.frame_on_parent() if forward else joint.frame_on_child()).GetFixedPoseInBodyFrame()
+        X_CM = (joint.frame_on_child() if forward else joint.frame_on_parent()).GetFixedPoseInBodyFrame()
+        element = ET.SubElement(parent, "body", name=self.names[far.index()])
+        kind = joint.type_name()
+        if kind.endswith("floating"):
+            _place(element, self.plant.CalcRelativeTransform(context, near.body_frame(), far.body_frame()))
+            if parent.tag != "worldbody":
+                raise InvalidInput(f"{self.source}: link '{far.name()}': got a free body on a link, expected one in the world")
+            ET.SubElement(element, "freejoint")
+        else:
+            X_FM = RigidTransform(joint.X_FM()) if kind == "weld" else RigidTransform()
+            _place(element, X_PF.multiply(X_FM if forward else X_FM.inverse()).multiply(X_CM.inverse()))
+            if kind != "weld":
+                self._add_joint(element, joint, X_CM, 1.0 if forward else -1.0)
+        self._fill(element, far)
+        return element
+
+    def _add_joint(self, element: ET.Element, joint: Any, X_CM: Any, sign: float) -> None:
+        kind = joint.type_name()
+        name = self._name("joint", joint.model_instance(), joint.name())
+        if kind == UNIVERSAL:  # about x of the one frame, then about y of the other
+            axes = [("x", np.array([1.0, 0, 0])), ("y", np.array([0, 1.0, 0]))]
+            for letter, axis in axes if sign > 0 else axes[::-1]:
+                made = ET.SubElement(element, "joint", name=f"{name}_{letter}", type="hinge", axis=_numbers(sign * X_CM.rotation().multiply(axis)), pos=_numbers(X_CM.translation()))
+                made.set("damping", _numbers(joint.default_damping_vector()[:1]))
+            return
+        if kind not in CARRIED:
+            raise InvalidInput(f"{self.source}: joint '{joint.name()}': got a joint of type '{kind}', expected revolute, continuous, prismatic, ball, universal or fixed")
+        made = ET.SubElement(element, "joint", name=name, type=CARRIED[kind], pos=_numbers(X_CM.translation()))
+        if kind == "ball_rpy":
+            made.set("damping", _numbers(joint.default_damping_vector()[:1]))
+            return
+        axis = joint.revolute_axis() if kind == "revolute" else joint.translation_axis()
+        made.set("axis", _numbers(sign * X_CM.rotation().multiply(axis)))
+        lower, upper = float(joint.position_lower_limits()[0]), float(joint.position_upper_limits()[0])
+        if math.isfinite(lower) or math.isfinite(upper):
+            made.set("range", _numbers(np.clip([lower, upper], -1e10, 1e10)))  # a side without a limit, which the reader knows by its size
+        if joint.default_damping_vector()[0] > 0:
+            made.set("damping", _numbers(joint.default_damping_vector()))
+        self._add_spring(made, joint)
+        actuator = self.actuators.get(joint.index())
+        effort = abs(float(actuator.effort_limit())) if actuator is not None else 0.0
+        if (math.isfinite(effort) and effort > 0) or joint.name() in self.named_by_plugins:
+            self.motors.append((name, effort if effort > 0 else math.inf))
+
+    def _add_spring(self, made: ET.Element, joint: Any) -> None:
+        for i in range(self.plant.num_force_elements()):
+            spring = self.plant.get_force_element(self.tree.ForceElementIndex(i))
+            if type(spring).__name__.split("_")[0] not in ("RevoluteSpring", "PrismaticSpring") or spring.joint().index() != joint.index():
+                continue
+            rest = spring.default_nominal_angle() if hasattr(spring, "default_nominal_angle") else spring.nominal_position()
+            stiffness = spring.default_stiffness() if hasattr(spring, "default_stiffness") else spring.stiffness()
+            made.set("stiffness", _numbers([stiffness]))
+            made.set("springref", _numbers([rest]))
+
+    # ---- what a body has ----
+
+    def _fill(self, element: ET.Element, body: Any) -> None:
+        if element.tag == "body":
+            self._add_inertia(element, body)
+        for geometry in self.plant.GetCollisionGeometriesForBody(body):
+            self._add_geom(element, geometry)
+        for i in range(self.plant.num_frames()):
+            frame = self.plant.get_frame(self.tree.FrameIndex(i))
+            if frame.body().index() == body.index() and self._is_of_the_user(frame):
+                site = ET.SubElement(element, "site", name=self._name("site", frame.model_instance(), frame.name()))
+                _place(site, frame.GetFixedPoseInBodyFrame())
+
+    def _is_of_the_user(self, frame: Any) -> bool:
+        name = frame.name()
+        if frame.is_ephemeral():  # Drake's own
+            return False
+        return bool(name) and "__" not in name and name not in ("world", frame.body().name()) and int(frame.index()) not in self.frames_of_joints
+
+    def _add_inertia(self, element: ET.Element, body: Any) -> None:
+        mass = float(body.default_mass())
+        if not (math.isfinite(mass) and mass > 0):
+            return
+        central = body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia().CopyToFullMatrix3()
+        moments, axes = np.linalg.eigh(central)
+        least = mass * LEAST_ARM**2
+        if moments[0] < least:
+            self.notes.append(f"link '{body.name()}' has moments of inertia of {least:.3g} kg·m² where its file has less")
+            central = (axes * np.maximum(moments, least)) @ axes.T
+        terms = central[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        ET.SubElement(element, "inertial", pos=_numbers(body.default_com()), mass=_numbers([mass]), fullinertia=_numbers(terms))
+
+    def _add_geom(self, element: ET.Element, geometry: Any) -> None:
+        shape = self.inspector.GetShape(geometry)
+        kind = type(shape).__name__
+        geom = ET.SubElement(element, "geom")
+        sizes: dict[str, Any] = {
+            "Box": lambda: ("box", np.asarray(shape.size()) / 2),
+            "Sphere": lambda: ("sphere", [shape.radius()]),
+            "Cylinder": lambda: ("cylinder", [shape.radius(), shape.length() / 2]),
+            "Capsule": lambda: ("capsule", [shape.radius(), shape.length() / 2]),
+            "Ellipsoid": lambda: ("ellipsoid", [shape.a(), shape.b(), shape.c()]),
+            "HalfSpace": lambda: ("plane", [0, 0, 1]),
+        }
+        if kind in sizes:
+            type_, size = sizes[kind]()
+            geom.set("type", type_)
+            geom.set("size", _numbers(size))
+        elif kind in ("Mesh", "Convex"):
+            geom.set("type", "mesh")
+            geom.set("mesh", self._mesh(shape))
+        else:
+            raise InvalidInput(f"{self.source}: collision '{self.inspector.GetName(geometry)}': got a shape {kind}, expected box, sphere, cylinder, capsule, ellipsoid, plane or mesh")
+        _place(geom, self.inspector.GetPoseInFrame(geometry))
+        material = self.inspector.GetProximityProperties(geometry)
+        if material is not None and material.HasProperty("material", "coulomb_friction"):
+            friction = material.GetProperty("material", "coulomb_friction").static_friction()
+            geom.set("friction", _numbers([friction, 0.005, 0.0001]))
+
+    def _mesh(self, shape: Any) -> str:
+        """Meshes of other formats are written beside the MJCF."""
+        path = self.files.meshes[str(shape.source().path())]
+        scale = tuple(float(s) for s in np.ravel(shape.scale3()))
+        key = (str(path), scale)
+        if key in self.meshes:
+            return self.meshes[key]
+        name = self._name("mesh", None, path.stem)
+        if path.suffix.lower() not in MESHES:
+            path = _as_obj(path, self.target.resolve().parent / f"{self.target.stem}_{name}.obj")
+        mesh = ET.SubElement(self.assets, "mesh", name=name, file=str(path))
+        if scale != (1.0, 1.0, 1.0):
+            mesh.set("scale", _numbers(scale))
+        self.meshes[key] = name
+        return name
+
+    def _add_mimics(self, texts: list[ET.Element]) -> None:
+        """q = multiplier (q_leader − reference) + offset."""
+        equality = ET.SubElement(self.root, "equality")
+        for joint in (joint for text in texts for joint in text.iter("joint")):
+            for mimic in joint.findall("axis/mimic"):
+                value = {tag: float(mimic.findtext(tag) or 0) for tag in ("multiplier", "offset", "reference")}
+                names = (joint.get("name", ""), mimic.get("joint", ""))
+                unknown = [name for name in names if name not in self.taken.get("joint", set())]
+                if unknown:
+                    self.notes.append(f"joint '{names[0]}' follows nothing here: the file has '{unknown[0]}' in a model of its own")
+                    continue
+                offset = value["offset"] - value["multiplier"] * value["reference"]
+                ET.SubElement(equality, "joint", joint1=names[0], joint2=names[1], polycoef=_numbers([offset, value["multiplier"], 0, 0, 0]))
+
+
+def main(words: Sequence[str]) -> int:
+    """What `stiction import FILE.sdf -o TASK.yaml` does first."""
+    parser = argparse.ArgumentParser(prog="python -m stiction sdf", description="Writes an SDF as an MJCF.", allow_abbrev=False)
+    parser.add_argument("file", help="the SDF")
+    parser.add_argument("out", help="MJCF to write")
+    parser.add_argument("--packages", action="append", default=[], metavar="FOLDER", help="folder with folders that model:// and package:// name")
+    arguments = parser.parse_args(words)
+    for note in convert_sdf(arguments.file, arguments.out, package_dirs=arguments.packages):
+        _command.say(f"note: {note}", sys.stderr)
+    return _command.DONE
