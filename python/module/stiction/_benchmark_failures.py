@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ._benchmark_story import REFUSALS
@@ -15,6 +15,7 @@ Row = Mapping[str, Any]
 MOST_CAUSES = 3
 PAGE = "benchmark_failures.md"
 PICTURES = "benchmark_pictures"
+LEAST = 1e-6  # [m or rad] less than this is no distance
 MOST_EVENTS = 24  # of a run that are listed
 REFUSED = {"no_posture": "no posture in contact", "no_path": "no path to it", "object_moved": "the object moved", "failed_step": "a step failed"}
 BECAUSE = {
@@ -75,12 +76,22 @@ def said(message: str | None) -> str:
     return f"`{plain(message or 'nothing').replace('`', chr(39)).rstrip('.?')}`"
 
 
-def distance(position: float | None, angle: float | None) -> str:
-    """Of an object from its goal; what hangs on a joint has one of the two."""
+def length(metres: float) -> str:
+    return f"{1000 * metres:.3g} mm" if metres < 1 else f"{metres:.3g} m"
+
+
+def distance(position: float | None, angle: float | None, like: Sequence[float] | None = None) -> str:
+    """Of an object from its goal. like: a distance of the same goal, which tells whether position or angle count for it at all."""
     if position is None or angle is None:
         return "unknown"
-    parts = [f"{1000 * position:.3g} mm"] * (position > 0 or angle == 0) + [f"{angle:.2g} rad"] * (angle > 0)
-    return " and ".join(parts)
+    counts = [like[0] > LEAST, like[1] > LEAST] if like else [position > LEAST, angle > LEAST]
+    if not any(counts):
+        counts = [True, False]
+    return " and ".join([length(position)] * counts[0] + [f"{angle:.2g} rad"] * counts[1])
+
+
+def count(number_of: int, one: str, more: str) -> str:
+    return f"{number_of} {one if number_of == 1 else more}"
 
 
 def number(value: float | None, digits: int = 1) -> str:
@@ -106,7 +117,7 @@ def tell_search(row: Row, settings: Mapping[str, float]) -> list[str]:
         lines.append(f"The planner said {said(row['message'])}.")
     story = row.get("search") or {"bands": []}
     if "best" in story:
-        lines.append(f"The start is {distance(*story['start'])} from the goal, and the best node came to {distance(*story['best'])}. The tolerance is {distance(*story['tolerance'])}.")
+        lines.append(f"The start is {distance(*story['start'])} from the goal, and the best node came to {distance(*story['best'])}. The tolerance is {distance(*story['tolerance'], story['start'])}.")
     if most := story.get("most"):
         lines.append(f"Most refused moves began {_band(story, most['band'])} from the goal. The middle of those places: {_places(most['objects'])}.")
     return [*lines, "", *_bands(row, story)]
@@ -128,7 +139,7 @@ def _bands(row: Row, story: Mapping[str, Any]) -> list[str]:
     for k, (high, nodes, _, *refused) in enumerate(story["bands"]):
         position, angle = story["tolerance"]
         low, _ = _range(story, k)
-        lines.append([f"{low:g} to {high:g}", distance(high * position, high * angle), str(nodes), *map(str, refused)])
+        lines.append([f"{low:g} to {high:g}", distance(high * position, high * angle, story["start"]), str(nodes), *map(str, refused)])
     lines.append(["all", "", str(row["nodes"]), *(str(row[name]) for name in REFUSALS)])
     return table(["tolerances from the goal", "that is up to", "nodes", *(f"refused: {REFUSED[name]}" for name in REFUSALS)], lines)
 
@@ -160,11 +171,11 @@ def _events(story: Mapping[str, Any]) -> list[str]:
     """Plans and what was carried out of them, in the order of time, with the distance from the goal at the end of each."""
     events = []
     for when, waited, status, cause, reason in story["plans"]:
-        found = "found" if status == "Solved" else f"no plan: {plain(reason)}" if reason else "no plan"
+        found = f"no plan: {plain(reason)}" if reason else "found" if status == "Solved" else "no plan"
         events.append((when, when + (waited or 0), f"plans, since {cause}" if cause != "start" else "plans", found))
     for begin, end, pushes, moves, off, given_up in story["pieces"]:
-        how = f"given up, {number(off)} tolerances off its path" if given_up else f"carried out, {number(off)} tolerances off its path" if off is not None else "carried out"
-        events.append((begin, end, f"{pushes} pushes, {moves} changes of contacts", how))
+        how = ("given up" if given_up else "carried out") + ("" if off is None else f", {number(off)} tolerances off its path")
+        events.append((begin, end, f"{count(pushes, 'push', 'pushes')}, {count(moves, 'move', 'moves')} to new contacts", how))
     events.sort(key=lambda event: (event[0], event[1]))
     shown = events if len(events) <= MOST_EVENTS else events[: MOST_EVENTS // 2] + events[-MOST_EVENTS // 2 :]
     lines = [[number(begin), number(end), what, how, distance(*_at(story["distance"], end))] for begin, end, what, how in shown]
