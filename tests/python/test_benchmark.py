@@ -279,6 +279,29 @@ def test_another_program_stands_beside_with_its_source_and_what_differs() -> Non
         assert f"| {entry['scene']} | {entry['program']} | {entry['n']} | {entry['theirs']} of {entry['n']} | {entry['ours']} of {entry['n']} |" in text
 
 
+def test_tests_of_both_programs_are_looked_at_over_a_motion(tmp_path: Path) -> None:
+    """Its quaternion error is sin²(θ/2): 0.04 is 23.07°. Twenty steps in a row are twenty-one looks; ours counts at once."""
+    sys.path.insert(0, str(ROOT / "experiments"))
+    import peer_comfree as peer
+
+    script = tmp_path / "examples/mpc/allegro/cube/test.py"
+    script.parent.mkdir(parents=True)
+    script.write_text("success_pos_threshold = 0.02\nsuccess_quat_threshold = 0.04\nconsecutive_success_time_threshold = 20\nmax_rollout_length = 500\nif comp_quat_error(a, b): pass\n")
+    test = peer.constants(tmp_path, peer.SCENES["allegro"])
+    assert test == {"position": math.inf, "quaternion": 0.04, "in_a_row": 20, "most": 500}, "a script that does not look at the position"
+    assert peer.is_within((9.0, math.radians(23.0)), test) and not peer.is_within((0.0, math.radians(23.2)), test)
+    assert peer.angle_between([1, 0, 0, 0], [-math.cos(0.2), 0, 0, -math.sin(0.2)]) == pytest.approx(0.4)
+    judge = peer.Judge(test, 0.1)
+    for step in range(1, 40):
+        angle = 0.3 if step < 30 else 0.05  # ours from step 30 on; one slip at step 5
+        judge.look(0.1 * step, (0.005, 0.5 if step == 5 else angle))
+    assert judge.theirs_s == pytest.approx(2.6) and judge.ours_s == pytest.approx(3.0) and judge.best == (0.005, 0.05)
+    resting = peer.Judge(test, 0.1)
+    resting.look(0.1, (0.005, 0.05))
+    resting.rest(0.1, (0.005, 0.05))
+    assert resting.theirs_s == 0.1
+
+
 def test_without_a_renderer_a_sentence_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MUJOCO_GL", "paper")
     out = tmp_path / "out"

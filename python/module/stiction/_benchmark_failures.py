@@ -117,7 +117,8 @@ def tell_search(row: Row, settings: Mapping[str, float]) -> list[str]:
         lines.append(f"The planner said {said(row['message'])}.")
     story = row.get("search") or {"bands": []}
     if "best" in story:
-        lines.append(f"The start is {distance(*story['start'])} from the goal, and the best node came to {distance(*story['best'])}. The tolerance is {distance(*story['tolerance'], story['start'])}.")
+        position, angle = story["tolerance"]
+        lines.append(f"The start is {distance(*story['start'])} from the goal, and the best node came to {distance(*story['best'])}. The tolerance is {distance(position, angle, story['start'])}.")
     if most := story.get("most"):
         lines.append(f"Most refused moves began {_band(story, most['band'])} from the goal. The middle of those places: {_places(most['objects'])}.")
     return [*lines, "", *_bands(row, story)]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import statistics
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -60,10 +60,10 @@ def summarise(rows: Iterable[Row], entries: Iterable[Entry] = ENTRIES) -> list[d
 class Report:
     """All that the pages are made of."""
 
-    rows: list[Row]
+    rows: Sequence[Row]
     packages: Mapping[str, str]  # and their versions
     settings: Mapping[str, float]  # of BenchmarkRun
-    missing: list[Entry] = field(default_factory=list)  # whose packages are missing
+    missing: Sequence[Entry] = ()  # whose packages are missing
     pictures: frozenset[str] = frozenset()  # names of tasks that have one
     no_pictures: str = ""  # why there are none
     peers: Peers | None = None

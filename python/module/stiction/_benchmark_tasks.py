@@ -104,7 +104,7 @@ def _turned(
     return Entry(f"metaworld_{name}", "joints", test, task | ({"scene": _apart(task["scene"]["file"], *apart)} if apart else {}), differs)
 
 
-ON_TABLE = "the object starts on the table, at z = 0.07; the maker's 0.02 is inside the table, and its simulation pushes the object out"
+ON_TABLE = "the object starts on the table, at z = 0.07; lower, as the maker has it, it is inside the table"
 POST = (("door_link/box_9", "robot_world/doorlockB.box_1"),)
 JAMS = "beyond 1.33 rad the door overlaps a post of its frame by up to 1 mm, where rigid bodies jam; here it passes through this post"
 PRESSED = "MuJoCo's soft limit lets a button go deeper than its range, and the maker's test asks for that; here it is pressed to the end of its range"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -95,25 +95,25 @@ def picture_of(task: Task) -> Picture:
             parts.append(Part(bodies.in_world(part.mesh[0], pose), part.mesh[1], color))
             continue
         moves = part.body in goals
-        parts += painted(part.mesh, bodies.OBJECT, lambda points, pose=pose: bodies.in_world(points, pose), role="object" if moves else "")
+        parts += painted(part.mesh, bodies.OBJECT, pose, role="object" if moves else "")
         if moves:
-            middle, there = part.mesh[0].mean(axis=0), goals[part.body]
+            there = goals[part.body]
             places += [bodies.in_world(part.mesh[0], pose), bodies.in_world(part.mesh[0], there)]
             inside = np.linalg.norm(places[-1].mean(axis=0) - places[-2].mean(axis=0)) < np.ptp(part.mesh[0], axis=0).min() / 2
-            grow = lambda points, middle=middle, there=there: bodies.in_world(middle + GROWN * (points - middle), there)  # noqa: E731
-            parts += painted(part.mesh, GHOST, grow, INSIDE_OPACITY if inside else GHOST_OPACITY, "goal")
+            parts += painted(part.mesh, GHOST, there, GROWN, INSIDE_OPACITY if inside else GHOST_OPACITY, "goal")
     view = camera.choose_view(shown, drawn, np.zeros(1, dtype=int))
     return Picture(parts, planes_of(shown), nearer(view, np.concatenate(places) if places else shown.goal.position[None]))
 
 
-def painted(mesh: Any, colors: Iterable[tuple[int, int, int]], place: Callable[[np.ndarray], np.ndarray], opacity: float = 1.0, role: str = "") -> list[Part]:
+def painted(mesh: Any, colors: Iterable[tuple[int, int, int]], pose: Any, grown: float = 1.0, opacity: float = 1.0, role: str = "") -> list[Part]:
     """A body in the colours of its patches, so that a turn is seen."""
-    meshes = _viewer("meshes")
+    bodies, meshes = _viewer("bodies"), _viewer("meshes")
+    middle = mesh[0].mean(axis=0)
     out = []
     for patch, color in enumerate(colors):
         vertices, triangles = meshes.compact(mesh, mesh[2] == patch)
         if len(triangles):
-            out.append(Part(place(vertices), triangles, color, opacity, role))
+            out.append(Part(bodies.in_world(middle + grown * (vertices - middle), pose), triangles, color, opacity, role))
     return out
 
 
