@@ -29,7 +29,8 @@ STAYS = 1e-4  # [m or rad] an object that the goal has where it starts needs no 
 CLOSER = 0.9  # the camera, since a picture has no panel to leave room for
 OBJECTS, LEAST = 2.2, 0.25  # what is shown: so many times the room of the objects, and at least this share of everything
 ELEVATIONS = (25.0, 45.0, 65.0)  # of other sides that a picture may be taken from [°]
-MUCH_MORE = 1.0  # of the logarithm of what is seen
+MUCH_MORE = 2.0  # of the logarithm of what is seen
+FLAT_FOV = 0.3  # [rad] of the view of a plane problem, which is seen from above its plane
 PLANE = 3.0  # half the side of a half-space, in radii of what is shown
 LIMIT_S = 120.0  # wall time of one picture
 SKY, FLOOR = (0.93, 0.95, 0.98), (0.86, 0.88, 0.91)
@@ -182,6 +183,8 @@ def to_camera(mujoco: Any, look_at: np.ndarray, away: np.ndarray) -> Any:
 def from_where(mujoco: Any, model: Any, data: Any, picture: Picture) -> np.ndarray:
     """From the view of a page, unless much more of the objects and of their goals is seen from another side."""
     away = picture.camera.away
+    if picture.camera.fov < FLAT_FOV:
+        return away
     distance = np.linalg.norm(away)
     sides = [away, *(distance * np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)]) for e in np.radians(ELEVATIONS) for a in np.arange(0, 2 * np.pi, np.pi / 6))]
     groups = [[i for i, part in enumerate(picture.parts) if part.role == role] for role in ("object", "goal")]
