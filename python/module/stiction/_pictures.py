@@ -205,14 +205,14 @@ def make_model(mujoco: Any, picture: Picture, width: int, height: int) -> Any:
     spec = mujoco.MjSpec()
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight, visual.global_.fovy = width, height, float(np.degrees(camera.fov))
-    visual.headlight.ambient, visual.headlight.diffuse, visual.headlight.specular = [0.45] * 3, [0.35] * 3, [0.0] * 3
+    visual.headlight.ambient, visual.headlight.diffuse, visual.headlight.specular = [0.38] * 3, [0.27] * 3, [0.0] * 3
     visual.quality.shadowsize, visual.quality.offsamples = 4096, 0
     visual.map.znear, visual.map.zfar, visual.map.shadowclip = 0.005, 100.0, 4.0  # of extent
     spec.stat.center, spec.stat.extent = camera.look_at, 2 * camera.radius
     spec.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT, rgb1=SKY, rgb2=SKY, width=16, height=16)
     world = spec.worldbody
     lamp = np.array([0.3, -0.2, 1.0])
-    world.add_light(pos=camera.look_at + 4 * camera.radius * lamp, dir=-lamp, type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.5] * 3, specular=[0.1] * 3, castshadow=True)
+    world.add_light(pos=camera.look_at + 4 * camera.radius * lamp, dir=-lamp, type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.4] * 3, specular=[0.05] * 3, castshadow=True)
     for number, part in enumerate(picture.parts):
         mesh = spec.add_mesh(name=f"part{number}", uservert=part.vertices.astype(float).ravel(), userface=part.triangles.astype(int).ravel())
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # of whatever is closed or not
