@@ -198,6 +198,7 @@ def summarise(scene: Scene, program: str, cases: list[dict[str, Any]]) -> dict[s
         "n": len(cases),
         "theirs": sum(case["theirs_s"] is not None for case in cases),
         "ours": sum(case["ours_s"] is not None for case in cases),
+        "held": None if program == PROGRAM else sum(case["end"] == "Reached" for case in cases),
         "median_s": round(statistics.median(times), 2) if times else None,
         "processor_per_s": round(sum(case["processor_s"] for case in cases) / sum(case["simulated_s"] for case in cases), 3),
     }
@@ -226,7 +227,7 @@ def describe(checkout: Path, python: Path, cases: int, commit: str) -> dict[str,
             f"The table runs its published code (repository asu-iris/Complementarity-Free-Dexterous-Manipulation, commit {commit}) on its own scenes. "
             "The repository states no licence, and nothing of it is in this one. `stiction run` gets the same files, starts and goals. This command makes the table:"
         ],
-        "notes": ["The median time is that until an object is within 5° and 10 mm, by the clock of the simulation. The last column is processor time of planning per second of that clock."],
+        "notes": ["A run holds its object when it ends with the object at rest at the goal. The median time is that until an object is within 5° and 10 mm, by the clock of the simulation. The last column is processor time of planning per second of that clock."],
         "differs": [
             *tests_in_words(checkout),
             f"{PROGRAM} runs in its own simulator ({packages_of(python)}), which stands still while it computes. With `stiction run` the clock goes on while the planner works.",
