@@ -245,7 +245,10 @@ def told_rows() -> list[dict[str, object]]:
 
 def test_pages_say_why_in_sentences_of_ordinary_length(told_rows: list[dict[str, object]], tmp_path: Path) -> None:
     report = page.Report(told_rows, {"metaworld": "3.1.1"}, SETTINGS, [entry for entry in tasks.ENTRIES if entry.wheel == "robosuite"], frozenset(["metaworld_push"]), "", peers.load_peers())
+    (tmp_path / "benchmark_pictures").mkdir()
+    (tmp_path / "benchmark_pictures" / "planar_pushing.0.svg").write_text("of a run that is no failure any more")
     files = page.write_pages(report, tmp_path)
+    assert [file.name for file in (tmp_path / "benchmark_pictures").iterdir()] == ["shadow_block_full.0.svg"]
     for file in files:
         assert not prose.faults(file, file.name)
     first, second = (file.read_text() for file in files)

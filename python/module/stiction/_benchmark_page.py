@@ -78,6 +78,9 @@ def write_pages(report: Report, folder: Path) -> list[Path]:
     entries = {entry.name: entry for entry in ENTRIES}
     rows = report.sorted_rows()
     charts = {f"{row['task']}.{row['seed']}": drawn for row in rows if (drawn := chart(row))}
+    for old in (folder / PICTURES).glob("*.svg"):
+        if old.stem not in charts:
+            old.unlink()
     for name, drawn in charts.items():
         _write(folder / PICTURES / f"{name}.svg", drawn)
     failures = write_failures(rows, report.settings, entries, report.pictures, charts)
