@@ -69,7 +69,8 @@ class Report:
     peers: Peers | None = None
 
     def sorted_rows(self) -> list[Row]:
-        order = {entry.name: k for k, entry in enumerate(ENTRIES)}
+        """By sets, as the page has them."""
+        order = {entry.name: k for k, entry in enumerate(sorted(ENTRIES, key=lambda entry: SETS.index(entry.set)))}
         return sorted(self.rows, key=lambda row: (order.get(row["task"], len(order)), row["seed"]))
 
 
