@@ -37,7 +37,7 @@ SECTIONS = [
     ("Reference", ["commands.md", "options.md", {"Python by command": "code/python/README.md"}, "python.md", "headers.md", "notation.md", "plan_file.md", "exports.md", "streams.md", "sweeps.md", "code/scenarios/README.md"]),
     ("Theory", "theory"),
     ("Figures of the thesis", "reproduction"),
-    ("How well it works", ["benchmarks.md", "benchmark.md"]),
+    ("How well it works", ["benchmarks.md", "benchmark.md", "benchmark_failures.md"]),
     ("Decisions", "decisions"),
     ("Lab", "lab"),
 ]

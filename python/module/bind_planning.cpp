@@ -101,6 +101,12 @@ Eigen::VectorXd packing_ratio(const PlanResult& r, double threshold, int samples
   return planning::calc_packing_ratio(*r.task.model, boxes, r.result.records, options);
 }
 
+/// By the words of the Python package.
+std::map<std::string, long> to_map(const planning::RegraspCounts& counts) {
+  return {{"tried", counts.tried},     {"accepted", counts.accepted},         {"no_posture", counts.no_sample},
+          {"no_path", counts.no_path}, {"object_moved", counts.object_moved}, {"failed_step", counts.failed_step}};
+}
+
 }  // namespace
 
 void bind_planning(nb::module_& m) {
@@ -131,6 +137,10 @@ void bind_planning(nb::module_& m) {
       .def_ro("q", &planning::NodeRecord::q, "(n_q)")
       .def_ro("c_u", &planning::NodeRecord::c_u, "smoothed next configuration of the objects")
       .def_ro("B_u", &planning::NodeRecord::B_u, "their rows of B");
+  nb::class_<planning::RefusedMoves>(m, "RefusedMoves", "Moves to new contacts from one node of a tree, of which some were refused.")
+      .def_ro("q", &planning::RefusedMoves::q, "of the node (n_q)")
+      .def_prop_ro(
+          "counts", [](const planning::RefusedMoves& r) { return to_map(r.counts); }, "as in PlanResult.regrasps");
   bind_plan(m);
   nb::class_<PlanResult>(m, "PlanResult", "What came of a search.")
       .def_ro("plan", &PlanResult::plan, "the best path found, also where it is not Solved")
@@ -167,13 +177,11 @@ void bind_planning(nb::module_& m) {
           },
           "activity -> (processor time [s], calls); all 0 with the options `thesis`")
       .def_prop_ro(
-          "regrasps",
-          [](const PlanResult& r) {
-            const planning::RegraspCounts& g = r.result.regrasps;
-            return std::map<std::string, long>{{"tried", g.tried},     {"accepted", g.accepted},         {"no_posture", g.no_sample},
-                                               {"no_path", g.no_path}, {"object_moved", g.object_moved}, {"failed_step", g.failed_step}};
-          },
+          "regrasps", [](const PlanResult& r) { return to_map(r.result.regrasps); },
           "how many moves to new contacts were tried and accepted, and what refused the others")
+      .def_prop_ro(
+          "refused", [](const PlanResult& r) { return r.result.refused; },
+          "where moves to new contacts were refused until there was a plan, by nodes of the trees; none with the option `thesis`")
       .def_prop_ro("wall_s", [](const PlanResult& r) { return r.result.wall_s; })
       .def_prop_ro(
           "tree", [](const PlanResult& r) { return r.result.records; }, "its nodes, the root first, of a search with the option `thesis`")
@@ -207,7 +215,7 @@ void bind_planning(nb::module_& m) {
     (Status.Solved, True)
     >>> st.plan(task, seed=0, on_progress=lambda progress: False).status
     Status.Cancelled)");
-  def_pickle<core::Progress, planning::Growth, planning::NodeRecord, PlanResult>();
+  def_pickle<core::Progress, planning::Growth, planning::NodeRecord, planning::RefusedMoves, PlanResult>();
 }
 
 }  // namespace stiction::python

@@ -129,9 +129,36 @@ TEST(Planner, SameSeed_SameBitsForAnyNumberOfThreads) {
       EXPECT_EQ(a.nodes, b.nodes);
       EXPECT_EQ(a.steps, b.steps);
       EXPECT_EQ(a.regrasps.tried, b.regrasps.tried);
+      ASSERT_EQ(a.refused.size(), b.refused.size());
+      for (std::size_t k = 0; k < a.refused.size(); ++k) EXPECT_EQ(a.refused[k].q, b.refused[k].q);
       expect_same_bits(a.plan, b.plan);
     }
   }
+}
+
+/// Every move that was refused is counted once, at the node that it began from, also of trees that stalled.
+TEST(Planner, RefusedMoves_AreThoseThatWereCounted) {
+  PlanningProblem problem = hand_problem();
+  problem.goal.tol_position = 1e-4;
+  problem.goal.tol_angle = 1e-3;
+  PlannerOptions options = hand_options();
+  options.max_iterations = 3000;
+  PlanResult result;
+  ASSERT_EQ(plan(problem, options, {}, result), Status::MaxIterations);
+  RegraspCounts sum;
+  for (const auto& [q, counts] : result.refused) {
+    ASSERT_EQ(q.size(), problem.model->n_q());
+    EXPECT_GT(counts.tried, counts.accepted) << "a node from which nothing was refused is not there";
+    EXPECT_EQ(counts.no_sample + counts.no_path + counts.object_moved + counts.failed_step, counts.tried - counts.accepted);
+    sum += counts;
+  }
+  const RegraspCounts& all = result.regrasps;
+  EXPECT_FALSE(result.refused.empty());
+  EXPECT_EQ(sum.tried - sum.accepted, all.tried - all.accepted);
+  EXPECT_EQ(sum.no_sample, all.no_sample);
+  EXPECT_EQ(sum.no_path, all.no_path);
+  EXPECT_EQ(sum.object_moved, all.object_moved);
+  EXPECT_EQ(sum.failed_step, all.failed_step);
 }
 
 /// An edge that verification refuses is not the best one, and an unsolved plan does not end with it.

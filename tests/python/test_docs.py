@@ -100,6 +100,8 @@ SENTENCES_OF_GUIDES: list[str] = [
     "docs/tutorials/*.md",
     "docs/decisions/*.md",
     "docs/lab/*.md",
+    "docs/benchmark.md",
+    "docs/benchmark_failures.md",
     "docs/commands.md",
     "docs/exports.md",
     "docs/index.md",

@@ -27,7 +27,7 @@ VALUES = """
     Analytic BaseWrench Body ByRule Calibration Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlSample ControlScenario
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof ErrorSets Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth GuardedMoveResult GuardedResult IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
-    PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
+    PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RefusedMoves RejectionSampling Residuals
     RobotLink RolloutBatch RolloutResult RunPiece RunPlan RunResult RunSample Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
     TransferResult TreeNode TubeRest TubeResult WorldError
@@ -224,6 +224,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "RandomizedFirstOrder": lambda: st.RandomizedFirstOrder(std_q=[1.0], std_u=[2.0], samples=3, seed=4),
     "RandomizedZerothOrder": lambda: st.RandomizedZerothOrder(std_q=[1.0], std_u=[2.0], samples=3, seed=4),
     "RefineResult": lambda: st.refine(planned().plan),
+    "RefusedMoves": lambda: first(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0, options={"max_iterations": 400, "tolerance_fraction": 0.001}).refused),
     "RejectionSampling": lambda: st.RejectionSampling(),
     "Residuals": lambda: stepped().residuals,
     "RobotLink": lambda: first(task().model.links),

@@ -47,6 +47,18 @@ def test_figures_on_the_page_of_tools_are_those_of_the_benchmark() -> None:
         assert f"{words}: {rows[name][6]} of {rows[name][1]}" in page
 
 
+def test_benchmark_has_a_picture_of_every_task_and_says_of_each_failure_why() -> None:
+    pages = {name: (ROOT / f"docs/{name}.md").read_text(encoding="utf-8") for name in ("benchmark", "benchmark_failures")}
+    shown = {name: re.findall(r'<img src="(benchmark_pictures/[\w.]+)"', text) for name, text in pages.items()}
+    tasks = re.findall(r"<br>`(\w+)` \|", pages["benchmark"])
+    assert shown["benchmark"] == [f"benchmark_pictures/{task}.webp" for task in tasks] and len(tasks) == 89
+    files = list((ROOT / "docs/benchmark_pictures").iterdir())
+    assert {f"benchmark_pictures/{file.name}" for file in files} == {picture for pictures in shown.values() for picture in pictures}
+    assert sum(file.stat().st_size for file in files) < 2_500_000
+    told = re.findall(r"^## (\w+)$", pages["benchmark_failures"], flags=re.MULTILINE)
+    assert told == re.findall(r"\(benchmark_failures\.md#(\w+)\)", pages["benchmark"]) and 0 < len(told) < 89
+
+
 def test_questions_of_the_check_lead_to_pages_that_there_are() -> None:
     assert len(check_site.QUESTIONS) == 10
     assert all((ROOT / f"docs/{page}.md").is_file() for page in check_site.QUESTIONS.values())

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
+from ._benchmark_story import REFUSALS, Nodes, tell_run, tell_search
 from ._benchmark_tasks import WHEELS, Entry, find_packages, select, to_yaml
 from ._core import InvalidInput, PlannerOptions, PlanResult, Progress as PlanProgress, RunResult, Status, Task, load_task, plan, run, version
 from ._files import require_folder, write_whole
@@ -18,7 +19,6 @@ from ._jobs import Local, Ray
 from ._table import read_rows, to_cell
 from .sweeps import Case, Progress, Stopwatch, judge, run_cases
 
-REFUSALS = ("no_posture", "no_path", "object_moved", "failed_step")  # of moves to new contacts, as PlanResult.regrasps counts them
 LOADED_MACHINE = 8  # wall time that a budget of processor time may take, times that budget
 START_S = 60.0  # wall time for all that has no budget: loading, meshes, the check
 
@@ -39,7 +39,7 @@ class BenchmarkRun:
 
     columns: ClassVar[tuple[str, ...]] = (
         "task_sha256", "stage", "load_s", "plan_s", "iterations", "nodes", "pushes", "regrasps", "tried", *REFUSALS, "error_position", "error_angle", "knots",
-        "accepted", "refused", "reached", "end", "simulated_s", "replans", "goal_error_position", "goal_error_angle", "dropped", "run_s", "wall_s", "peak_mb",
+        "accepted", "refused", "reached", "end", "simulated_s", "replans", "goal_error_position", "goal_error_angle", "dropped", "run_s", "search", "timeline", "wall_s", "peak_mb",
     )  # fmt: skip
 
     @property
@@ -62,10 +62,11 @@ class BenchmarkRun:
 
     def _carry_out(self, task: Task, seed: int, row: dict[str, Any]) -> None:
         row |= {"status": "NotPlanned", "stage": "plan"}
-        begin = processor_s()
-        found = plan(task, seed=seed, threads=1, timeout_s=LOADED_MACHINE * self.plan_budget_s, on_progress=until(self.plan_budget_s))
+        begin, nodes = processor_s(), Nodes()
+        found = plan(task, seed=seed, threads=1, timeout_s=LOADED_MACHINE * self.plan_budget_s, on_progress=until(self.plan_budget_s), on_growth=nodes)
         row |= describe_plan(found) | {"plan_s": round(processor_s() - begin, 3)}
         if found.status != Status.Solved:
+            row["search"] = tell_search(task, found, nodes.q(task.model.n_q))
             return
         row |= {"status": "NotReached", "stage": "check"}
         row |= judge(found.plan)
@@ -77,6 +78,8 @@ class BenchmarkRun:
         )  # fmt: skip
         row |= describe_run(ran, task) | {"run_s": round(processor_s() - begin, 3)}
         row["status"] = "Reached" if ran.reached else "NotReached"
+        if not ran.reached:
+            row["timeline"] = tell_run(task, ran)
 
 
 def processor_s() -> float:
@@ -179,7 +182,7 @@ def benchmark(
     forget_rows_of_other_tasks(out, folder)
     spec = {
         "format": "stiction-benchmark",
-        "format_version": 1,
+        "format_version": 2,
         "code_version": version(),
         "plan_budget_s": run.plan_budget_s,
         "run_budget_s": run.run_budget_s,

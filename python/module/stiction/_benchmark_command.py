@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from . import _command
-from ._benchmark_page import summarise, write_page
-from ._benchmark_tasks import ENTRIES, SETS, find_packages
-from ._files import write_whole
+from ._benchmark_failures import PICTURES
+from ._benchmark_page import Report, summarise, write_pages
+from ._benchmark_peers import load_peers
+from ._benchmark_tasks import ENTRIES, SETS, Entry, find_packages
 from ._jobs import Vanished
+from ._pictures import draw_tasks
 from ._sweep_command import Line, read_seeds
 from ._benchmark import BenchmarkRun, benchmark, versions
 from .sweeps import read_seeds as list_seeds
@@ -36,7 +38,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--duration", type=_command.positive, metavar="S", default=DEFAULT.duration_s, help="of a run by the clock of the plant [s] (default: %(default)g)")
     parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="at a time, of one thread each (default: one per core)")
     parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local; its machines have the packages and FOLDER at the same paths")
-    parser.add_argument("-o", "--out", type=Path, default=Path("benchmark"), metavar="FOLDER", help="for tasks, results.csv and benchmark.md (default: %(default)s)")
+    parser.add_argument("-o", "--out", type=Path, default=Path("benchmark"), metavar="FOLDER", help="for tasks, results.csv, benchmark.md and its other pages and pictures (default: %(default)s)")
+    parser.add_argument("--no-pictures", action="store_true", help="draw no picture of each task")
     parser.add_argument("--parquet", action="store_true", help="results.parquet as well")
     parser.add_argument("--list", action="store_true", help="print the tasks, and run nothing")
     return parser
@@ -62,22 +65,30 @@ def main(words: Sequence[str]) -> int:
         line.end()
         return _command.fail(words, _command.INTERNAL_ERROR, "Error", f"{error}; the rows so far are in {table}, the same command goes on")
     line.end()
-    page = parsed.out / "benchmark.md"
-    text = write_page(rows, versions(find_packages(parsed.scenes)), dataclasses.asdict(run), missing)
-    write_whole(page, lambda to: to.write_text(text, encoding="utf-8"))
-    report(parsed, rows, len(missing), page, table)
+    report(parsed, rows, missing, run, table)
     return _command.INTERNAL_ERROR if any(row["status"] in ("Died", "Failed") for row in rows) else _command.DONE
 
 
-def report(parsed: argparse.Namespace, rows: list[dict[str, Any]], missing: int, page: Path, table: Path) -> None:
+def report(parsed: argparse.Namespace, rows: list[dict[str, Any]], missing: list[Entry], run: BenchmarkRun, table: Path) -> None:
+    """Draws, writes the pages, and says what came out."""
+    pictures = parsed.out / PICTURES
+    names = sorted({row["task"] for row in rows if (Path(run.folder) / f"{row['task']}.yaml").exists()})
+    no_pictures = "" if parsed.no_pictures else draw_tasks(Path(run.folder), pictures, names, parsed.processes)
+    drawn = frozenset(file.stem for file in pictures.glob("*.webp"))
+    page, failures = write_pages(
+        Report(rows, versions(find_packages(parsed.scenes)), dataclasses.asdict(run), missing, drawn, "" if drawn else no_pictures, load_peers()), parsed.out
+    )
     sets = summarise(rows)
     said = {
         line["set"]: f"{line['loaded']} of {line['runs']} loaded, {line['planned']} planned, {line['accepted']} accepted, {line['reached']} reached" for line in sets
     }
     if missing:
-        said["not run"] = f"{missing} tasks, whose packages are missing"
-    result = {"status": "Done", "runs": len(rows), "missing": missing, "table": str(table), "page": str(page), "sets": sets}
-    _command.report(parsed, f"{len(rows)} runs", said | {"table": str(table), "page": str(page)}, result)
+        said["not run"] = f"{len(missing)} tasks, whose packages are missing"
+    if no_pictures:
+        said["pictures"] = no_pictures
+    files = {"table": str(table), "page": str(page), "failures": str(failures)}
+    result = {"status": "Done", "runs": len(rows), "missing": len(missing), **files, "pictures": len(drawn), "no_pictures": no_pictures, "sets": sets}
+    _command.report(parsed, f"{len(rows)} runs", said | files, result)
 
 
 def list_tasks(parsed: argparse.Namespace) -> int:

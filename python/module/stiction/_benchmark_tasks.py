@@ -104,6 +104,7 @@ def _turned(
     return Entry(f"metaworld_{name}", "joints", test, task | ({"scene": _apart(task["scene"]["file"], *apart)} if apart else {}), differs)
 
 
+ON_TABLE = "the object starts on the table, at z = 0.07; lower, as the maker has it, it is inside the table"
 POST = (("door_link/box_9", "robot_world/doorlockB.box_1"),)
 JAMS = "beyond 1.33 rad the door overlaps a post of its frame by up to 1 mm, where rigid bodies jam; here it passes through this post"
 PRESSED = "MuJoCo's soft limit lets a button go deeper than its range, and the maker's test asks for that; here it is pressed to the end of its range"
@@ -166,7 +167,7 @@ METAWORLD_FREE = [
     _moved("push_wall", "push", "object within 70 mm of the goal", "sawyer_push_wall_v3", "obj", (0, 0.6, 0.02), (0.05, 0.85, 0.02), 0.07,
            differs="goal 50 mm farther: nearer is in the wall of the file"),
     _moved("sweep", "push", "object within 50 mm of the goal", "sawyer_sweep_v3", "obj", (0, 0.6, 0), (0.5, 0.65, 0.01), 0.05),
-    _moved("sweep_into_goal", "push", "object within 50 mm of the goal", "sawyer_table_with_hole", "obj", (0, 0.6, 0.02), (0, 0.84, 0.02), 0.05),
+    _moved("sweep_into_goal", "push", "object within 50 mm of the goal", "sawyer_table_with_hole", "obj", (0, 0.6, 0.07), (0, 0.84, 0.02), 0.05, differs=ON_TABLE),
     _moved("soccer", "push", "ball within 70 mm of the goal", "sawyer_soccer", "soccer_ball", (0, 0.6, 0.03), (0, 0.9, 0.03), 0.07),
     _moved("coffee_push", "push", "mug within 70 mm of the goal", "sawyer_coffee", "obj", (0, 0.6, 0), (0, 0.75, 0), 0.07, LOW),
     _moved("coffee_pull", "push", "mug within 70 mm of the goal", "sawyer_coffee", "obj", (0, 0.75, 0), (0, 0.6, 0), 0.07, LOW,
@@ -180,7 +181,7 @@ METAWORLD_FREE = [
     _moved("box_close", "pick and place", "lid within 80 mm of the box", "sawyer_box", "boxbodytop", (0, 0.55, 0.02), (0, 0.8, 0.058), 0.08, (0, 0.6, 0.3),
            differs="the box stands where the file has it, at y = 0.8; the hand starts 100 mm higher, clear of the lid"),
     _moved("pick_out_of_hole", "pick and place", "object within 70 mm of the goal", "sawyer_pick_out_of_hole", "obj", (0, 0.75, -0.02), (0, 0.6, 0.2), 0.07),
-    _moved("hand_insert", "insertion", "object within 50 mm of the goal in the hole", "sawyer_table_with_hole", "obj", (0, 0.6, 0.07), (0, 0.84, -0.02), 0.05),
+    _moved("hand_insert", "insertion", "object within 50 mm of the goal in the hole", "sawyer_table_with_hole", "obj", (0, 0.6, 0.07), (0, 0.84, -0.02), 0.05, differs=ON_TABLE),
     _moved("assembly", "insertion", "nut within 20 mm of the peg's axis, and below its top", "sawyer_assembly_peg", "RoundNut", None, (0.1, 0.8, 0.075), 0.02),
     Entry("metaworld_disassemble", "insertion", "nut 150 mm above where it was on the peg",
           _sawyer("sawyer_assembly_peg", HIGH, {"objects": {"RoundNut": {"position": [None, None, _beyond(0.18)], "rpy": None}}}, 0.005,

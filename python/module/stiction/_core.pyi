@@ -1713,6 +1713,23 @@ class TreeNode:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
+class RefusedMoves:
+    """
+    Moves to new contacts from one node of a tree, of which some were refused.
+    """
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the node (n_q)"""
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """as in PlanResult.regrasps"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
 class PlanContact:
     """
     An active contact of a knot of a plan; rounded to 1e-6 where the plan was read from a file.
@@ -2127,6 +2144,12 @@ class PlanResult:
     def regrasps(self) -> dict[str, int]:
         """
         how many moves to new contacts were tried and accepted, and what refused the others
+        """
+
+    @property
+    def refused(self) -> list[RefusedMoves]:
+        """
+        where moves to new contacts were refused until there was a plan, by nodes of the trees; none with the option `thesis`
         """
 
     @property

@@ -66,6 +66,12 @@ struct NodeRecord {
   Eigen::MatrixXd B_u;                      ///< their rows of B (n_vu × n_a)
 };
 
+/// Moves to new contacts from one node of a tree, of which some were refused.
+struct RefusedMoves {
+  Eigen::VectorXd q;  ///< of the node (n_q)
+  RegraspCounts counts;
+};
+
 /// A solution that was better than those before.
 struct Improvement {
   double cost = 0;  ///< [s] PathCost
@@ -84,6 +90,8 @@ struct PlanResult {
   long failed_steps = 0;    ///< steps whose solve did not end in Solved
   long distrusted = 0;      ///< edges given up because half the sub-step gave something else
   RegraspCounts regrasps;
+  /// Where moves to new contacts were refused until there was a plan; of Algorithm 2 as printed nothing.
+  std::vector<RefusedMoves> refused;
   Profile profile;                        ///< processor time by activity; of Algorithm 2 as printed nothing
   double cost = 0;                        ///< of the plan, by PathCost [s]
   std::vector<Improvement> improvements;  ///< solutions in the order found; their cost falls

@@ -74,6 +74,9 @@ class Search {
     out.profile += unstopped_.profile.profile();
   }
 
+  /// Where moves to new contacts were refused.
+  std::vector<RefusedMoves> take_refused() { return std::move(refused_); }
+
  private:
   struct Item {
     GrowingTree* tree;
@@ -184,6 +187,7 @@ class Search {
     if (!tree.search) return;
     nodes_ += tree.search->tree().size();
     totals_ += tree.search->totals();
+    tree.search->add_refused(refused_);
   }
 
   void report() {
@@ -234,6 +238,7 @@ class Search {
   int planted_ = 0;
   long iterations_ = 0, nodes_ = 0;  // nodes_ and totals_ are of the trees that stalled, until run() ends
   Totals totals_;
+  std::vector<RefusedMoves> refused_;  // as totals_
 };
 
 /// What a search reports, as part of a run that had so many extensions before it.
@@ -267,6 +272,7 @@ void search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, cons
   Search first(problem, u_start, options, part, grown, threshold::kTrees, std::numeric_limits<double>::infinity());
   first.run(options.max_iterations, out);
   first.add_counts(out);
+  out.refused = first.take_refused();
   out.seed = options.seed;
 }
 

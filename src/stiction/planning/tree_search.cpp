@@ -148,6 +148,7 @@ int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
   const ProfileClock::Scope scope(scratch.profile, Activity::Selection);
   ++iterations_;
   totals_ += x.totals;
+  if (x.totals.regrasps.tried > x.totals.regrasps.accepted) refused_[x.near] += x.totals.regrasps;
   if (x.refined >= 0 && !scratch.stop()) record_verdict(x);  // else it may have come to nothing for want of time
   if (x.release_failed) tree_.add_failed_release(x.near, x.release.moved);
   if (x.release_unstable) tree_.add_unstable_release(x.near, x.release.moved);
@@ -161,6 +162,10 @@ int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
     if (reaches_goal(parent, scratch)) return parent;
   }
   return -1;
+}
+
+void TreeSearch::add_refused(std::vector<RefusedMoves>& out) const {
+  for (const auto& [node, counts] : refused_) out.push_back({tree_[node].q, counts});
 }
 
 bool TreeSearch::stalled() const { return setting_.options.uses(Mechanism::Restarts) && waiting() > 1; }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+
 #include "stiction/planning/contact_change.hpp"
 #include "stiction/planning/plan_path.hpp"
 #include "stiction/planning/tools.hpp"
@@ -27,6 +29,8 @@ class TreeSearch {
 
   const Tree& tree() const { return tree_; }
   const Totals& totals() const { return totals_; }
+  /// Adds the nodes from which moves to new contacts were refused, in the order of their making.
+  void add_refused(std::vector<RefusedMoves>& out) const;
   long iterations() const { return iterations_; }
   /// Of the best node: how far the objects are from the goal, in tolerances.
   double goal_ratio() const { return tree_[tree_.best()].goal_ratio; }
@@ -66,6 +70,7 @@ class TreeSearch {
   const PathWriter writer_;
   Tree tree_;
   Totals totals_;
+  std::map<int, RegraspCounts> refused_;  ///< of nodes from which a move was refused
   long drawn_ = 0, iterations_ = 0;
   double least_distance_;  ///< of the objects from the goal, in tolerances
   long last_gain_ = 0;     ///< extensions after which it last became less
