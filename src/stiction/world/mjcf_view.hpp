@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,9 @@ class MjcfView {
   bool object_collides(int top) const;
   /// The spring is linear, and there is one.
   bool has_linear_spring(int joint) const;
+
+  /// Of every kind but a mesh, a height field and a signed distance field.
+  std::optional<Shape> read_primitive(int geom) const;
 
   /// What kinematics and contacts cannot do without is there. @throws core::InvalidInput that names all the rest
   void require_supported() const;
