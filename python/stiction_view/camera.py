@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,8 +30,12 @@ class View:
         return dataclasses.replace(self, position=self.position + step, look_at=self.look_at + step)
 
 
-def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
-    """Frames what moves and the goal, from a side from which the object is seen.
+def is_on_one_joint(plan: Plan, body: int) -> bool:
+    return plan.object_joints.get(plan.bodies[body].name) in ("hinge", "slider")
+
+
+def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray, also: Iterable[int] = ()) -> View:
+    """Frames what moves and the goal, from a side from which the object is seen. The origins of the bodies `also` count as well.
 
     Plane problems are looked at along the normal of their plane. Otherwise the candidates are directions on the upper half of a sphere,
     and the one from which most of the object is not hidden behind anything else wins, over a few moments of the plan.
@@ -42,6 +47,7 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
     for body, points in samples.items():
         if plan.bodies[body].moving is not None:
             interesting += [in_world(points, pose_at(plan, body, knot)) for knot in moments]
+    interesting += [pose_at(plan, body, knot).position[None] for body in also for knot in moments]
     core = np.concatenate(interesting)
     size = np.linalg.norm(np.ptp(core, axis=0))
     # Robot bases and fixed bodies count where they are of the size of the rest; a table as large as a room does not.
@@ -51,6 +57,8 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
             if np.linalg.norm(np.ptp(world, axis=0)) < 1.2 * size:
                 interesting.append(world)
     object_size = np.abs(next(p.mesh[0] for p in parts if p.body == plan.goal_body)).max() if plan.goal_body in samples else 0.0
+    if is_on_one_joint(plan, plan.goal_body):
+        object_size = 0.0  # no frames are drawn
     interesting.append(in_world(GOAL_AXES * object_size * np.eye(3), plan.goal))
     interesting += [in_world(OBJECT_AXES * object_size * np.eye(3), pose_at(plan, plan.goal_body, knot)) for knot in moments]
     everything = np.concatenate(interesting)

@@ -7,7 +7,7 @@ import viser
 
 from . import charts, links, meshes
 from .bodies import FIXED, FORCE, GOAL, GOAL_AXES, KIND_COLOR, KIND_TEXT, OBJECT, OBJECT_AXES, ROBOT, ROBOT_BASE, ROBOT_OPACITY, ROBOT_REGRASP, TREE, BodyMesh, Color, body_meshes, in_world, pose_at, pose_in, slug
-from .camera import View, choose_view
+from .camera import View, choose_view, is_on_one_joint
 from .frames import choose_frames, frame_times
 from .looks import NOTHING, Looks
 from .plan import Body, Plan, Pose, rotation_matrices
@@ -49,6 +49,17 @@ def add_ghost(scene: viser.SceneApi, name: str, part: BodyMesh, *, grown: float,
     return scene.add_mesh_simple(name, larger, part.mesh[1], color=color, opacity=opacity, side="back", cast_shadow=False, receive_shadow=False)
 
 
+def bare_bodies(plan: Plan, rods: dict[int, list[meshes.Mesh]], looks: Looks) -> list[int]:
+    """That are seen, and nothing of them touches."""
+    shaped = {g.body for g in plan.geometries if g.shape["type"] != "half_space"} | set(rods)
+    return [i for i, body in enumerate(plan.bodies) if body.name in looks.patches and i not in shaped]
+
+
+def find_parts(plan: Plan, rods: dict[int, list[meshes.Mesh]], looks: Looks) -> list[BodyMesh]:
+    """What touches of every body, or what is seen of it where nothing touches."""
+    return body_meshes(plan, rods) + [BodyMesh(i, looks.mesh(plan.bodies[i].name)) for i in bare_bodies(plan, rods, looks)]
+
+
 class Drawing:
     """A plan under the node `root` of a scene, `origin` away from where it is; show(knot) moves it. Without `view` one is chosen.
 
@@ -75,10 +86,9 @@ class Drawing:
         self.frames = choose_frames(plan)
         self.times = frame_times(self.frames)
         fixed_rods, self.loose_rods = links.find(plan) if rods is None else rods
-        self.parts = parts = body_meshes(plan, fixed_rods)
-        self.bare = {i for i, body in enumerate(plan.bodies) if body.name in looks.patches} - {part.body for part in parts}  # nothing of them touches
-        parts += [BodyMesh(i, looks.mesh(plan.bodies[i].name)) for i in sorted(self.bare)]
-        self.view = view or choose_view(plan, parts, self.frames)
+        self.parts = parts = find_parts(plan, fixed_rods, looks)
+        self.bare = set(bare_bodies(plan, fixed_rods, looks))
+        self.view = view or choose_view(plan, parts, self.frames, links.ends(self.loose_rods))
         self.segment_shown = -1
         self.has_tree = False
         self.poses_shown: dict[int, np.ndarray] = {}
@@ -226,12 +236,14 @@ class Drawing:
             self._add_goal(scene, f"{self.root}/goal{number or ''}", body, goal, touches)
 
     def _add_goal(self, scene: viser.SceneApi, node: str, body: int, goal: Pose, touches: bool) -> None:
-        """An object at its goal as a green ghost, and two frames that must meet: thin at the goal, thick on the object."""
+        """An object at its goal as a green ghost, and two frames that must meet: thin at the goal, thick on the object. On a hinge or slide the ghost says all."""
         part = next((p for p in self.parts if p.body == body), None)
         extent = np.abs(part.mesh[0]).max() if part is not None else 0.3 * self.view.radius
         name = self.plan.bodies[body].name
+        framed = not is_on_one_joint(self.plan, body)
         self.goal_nodes[body] = scene.add_frame(
             node,
+            show_axes=framed,
             wxyz=goal.wxyz,
             position=goal.position,
             axes_length=float(GOAL_AXES * extent),
@@ -248,6 +260,7 @@ class Drawing:
                 self.touched.append(ghosts[-1])
         scene.add_frame(
             f"{self.root}/object/{slug(name)}/axes",
+            show_axes=framed,
             axes_length=float(OBJECT_AXES * extent),
             axes_radius=float(0.035 * extent),
             origin_radius=0.0,

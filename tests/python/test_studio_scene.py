@@ -252,6 +252,7 @@ def test_hand_is_dragged_and_its_joints_follow(arm: Driven) -> None:
     arm.until(lambda: not studio.posing._dragged)
     reached = problem.model.body_poses(problem.start)["robot/hand"].p
     assert np.linalg.norm(reached - [0, 0, 0.1]) > 0.5 and np.all(np.abs(problem.start[-2:]) <= 2), "it stretches"
+    assert "out of reach" in pose.posture.content and f"a {problem.start[-2]:.3f}" in pose.posture.content
     studio.posing.drag(grip, st.Pose(X.R, [2.0, 2.0, 0.1]), True)
     arm.until(lambda: not studio.posing._dragged)
     at = problem.model.body_poses(problem.start)["robot/hand"].p

@@ -139,6 +139,8 @@ class PoseControls:
         self._gui, self._handlers = gui, handlers
         self.faults = gui.add_markdown("")
         self.handle = handlers.on_update(gui.add_dropdown("Drag", (NOTHING,), hint="What the arrows and rings in the scene move. A click on a link takes that link: its joints follow"), "handle")
+        self.posture = gui.add_markdown("", visible=False)
+        self.undo = handlers.on_click(gui.add_button("Undo", disabled=True, hint="Start and goal before the last drag or number"), "undo")
         self.keyframe = handlers.on_update(gui.add_dropdown("Start at", (AS_GIVEN,), visible=False, hint="A keyframe of the scene"), "keyframe")
         self.goal_of = handlers.on_update(gui.add_dropdown("Goal of", (NOTHING,), visible=False, hint="Which object is to be moved"), "goal_of")
         self.goal_folder = gui.add_folder("Goal (green)")
@@ -146,7 +148,6 @@ class PoseControls:
             self.any_turn = handlers.on_update(gui.add_checkbox("any orientation will do", False, visible=False), "any_turn")
         self.start_folder = gui.add_folder("Start of the object", expand_by_default=False)
         self.joints_folder = gui.add_folder("Start of the joints", expand_by_default=False)
-        self.undo = handlers.on_click(gui.add_button("Undo", disabled=True, hint="Start and goal before the last drag or number"), "undo")
         self.reset = handlers.on_click(gui.add_button("Back to the task", hint="Start, goal and options as the task has them"), "reset")
         self.goal: list[viser.GuiNumberHandle[float]] = []
         self.start: list[viser.GuiNumberHandle[float]] = []

@@ -112,6 +112,8 @@ class Posing:
                 if abs(handle.value - value) > 1e-9:
                     handle.value = value
         self._stage.put_handles(problem, dragged)
+        if dragged is None or not dragged.link:
+            self._say_posture()
         self._settle_at, self._moved_since = time.monotonic() + SETTLED, True
         self._changed()
 
@@ -153,6 +155,7 @@ class Posing:
         assert self._problem is not None
         self._gripped = self._controls.handle.value
         self._stage.hold(self._problem, self._held(), self.drag)
+        self._say_posture()
 
     def choose_handle(self) -> None:
         if self._problem is not None and self._controls.handle.value != self._gripped:
@@ -183,7 +186,7 @@ class Posing:
             return
         self._remember(f"drag {grip}")
         if grip.link:
-            problem.drag_link(grip.link, pose, grip.turns)
+            self._say_posture(problem.drag_link(grip.link, pose, grip.turns))
         elif grip.at_goal:
             problem.set_goal(pose, grip.index)
         else:
@@ -191,6 +194,19 @@ class Posing:
         if ended:
             self._changing = ""
         self.moved(None if ended else grip)
+
+    def _say_posture(self, placed: st.PlacedLinks | None = None) -> None:
+        """The joints where a link has the handle, and how far it is from where it was dragged to."""
+        problem, line = self._problem, self._controls.posture
+        line.visible = any(grip.link for grip in self._held())
+        if problem is None or not line.visible:
+            return
+        model = problem.model
+        joints = [f"{name.split('/')[-1]} {value:.3f}" for name, value in zip(model.joint_names, problem.start[model.n_qu :])]
+        far = ""
+        if placed is not None and placed.status == st.Status.MaxIterations:
+            far = f"out of reach: {1e3 * placed.position:.0f} mm and {placed.angle:.2f} rad short  \n"
+        line.content = f"{far}joints: {', '.join(joints)}"
 
     # ---- back again ----
 

@@ -79,8 +79,8 @@ def chain(model: st.Model, index: int) -> list[int]:
 
 
 def numbers(values: Any) -> list[float]:
-    """As short as reads back to the same place: a nanometre, a nanoradian."""
-    return [float(f"{x:.9g}") + 0.0 for x in np.asarray(values, dtype=float)]
+    """As short as reads back to the same place: a nanometre, a nanoradian. What rounding leaves of 0 is 0."""
+    return [round(float(f"{x:.9g}"), 12) + 0.0 for x in np.asarray(values, dtype=float)]
 
 
 def names_of(model: st.Model, index: int) -> list[str]:
@@ -299,10 +299,11 @@ class Problem:
                 self.goal = with_own_numbers(self.model, self.goal, i, own)
                 self.moved_goals.add(i)
 
-    def drag_link(self, name: str, X_WB: st.Pose, turns: bool) -> None:
+    def drag_link(self, name: str, X_WB: st.Pose, turns: bool) -> st.PlacedLinks:
         """Joints of the start with which a link is where it was dragged to, or as near to it as it gets, nearest to those that they are. Raises stiction.InvalidInput."""
         placed = st.place_links(self.model, self.start, {name: X_WB if turns else X_WB.p}, postures=1, overlap=True)
         self.start, self.start_moved = np.array(placed.q), True
+        return placed
 
     def set_start_numbers(self, index: int, values: Sequence[float]) -> None:
         self.start = with_numbers(self.model, self.start, index, values)

@@ -11,9 +11,9 @@ import stiction as st
 import viser
 
 from .. import links
-from ..bodies import GOAL, Color, body_meshes
+from ..bodies import GOAL, Color
 from ..camera import View, choose_view
-from ..drawing import Drawing, light, look
+from ..drawing import Drawing, find_parts, light, look
 from ..frames import choose_frames
 from ..plan import Plan
 from .faults import Fault
@@ -39,16 +39,6 @@ class Grip:
         if self.link:
             return model.body_poses(problem.start)[self.link]
         return model.object_pose(problem.goal if self.at_goal else problem.start, model.object_names[self.index])
-
-
-def along_joint(problem: Problem, grip: Grip) -> st.Pose:
-    """X_BG of a gizmo whose z is the axis of a hinge or slide; else the body's own frame."""
-    model = problem.model
-    if grip.link or model.objects[grip.index].n_v != 1:
-        return st.Pose(np.eye(3), np.zeros(3))
-    q = problem.goal if grip.at_goal else problem.start
-    axis = grip.pose(problem).R.T @ model.calc_kinematics(q).axis_W[:, model.objects[grip.index].v_begin]
-    return st.Pose(links.along(axis), np.zeros(3))
 
 
 class Guest(Protocol):
@@ -91,6 +81,12 @@ def bodies_of_goals(problem: Problem, pictures: Pictures) -> dict[int, int]:
     """What is drawn of each object that the goal names."""
     found = {index: pictures.body_of(index) for index in problem.goal_objects}
     return {index: body for index, body in found.items() if body is not None}
+
+
+def best_view(plan: Plan, pictures: Pictures) -> View:
+    """As a drawing chooses it."""
+    fixed, loose = pictures.rods()
+    return choose_view(plan, find_parts(plan, fixed, pictures.looks()), choose_frames(plan), links.ends(loose))
 
 
 def is_seen(camera: viser.CameraHandle, point: np.ndarray) -> bool:
@@ -199,7 +195,7 @@ class Stage:
         lost = [client for client in self.server.get_clients().values() if not is_seen(client.camera, goal_of(problem).p)]
         if self.posed is not None and lost:
             plan = plan_of(problem, pictures)
-            self.aim(choose_view(plan, body_meshes(plan, {}), choose_frames(plan)), lost)
+            self.aim(best_view(plan, pictures), lost)
 
     # ---- the handle that drags ----
 
@@ -211,7 +207,7 @@ class Stage:
         if self.posed is None:
             return
         for number, grip in enumerate(grips):
-            X_BG = along_joint(problem, grip)
+            X_BG = self._gizmo_frame(problem, grip)
             shape = self._gizmo_shape(problem, grip)
             row = seven([grip.pose(problem) @ X_BG])[0]
             gizmo = self.server.scene.add_transform_controls(f"{POSE_ROOT}/handle{number or ''}", line_width=3.0, depth_test=False, opacity=0.85, position=row[:3], wxyz=row[3:], **shape)
@@ -224,6 +220,29 @@ class Stage:
         async def _(event: viser.TransformControlsEvent) -> None:
             pose = pose_of(np.concatenate([event.target.position, event.target.wxyz]))
             moved(grip, st.Pose(pose.rotation(), pose.position) @ X_BG.inverse(), event.phase == "end")
+
+    def _gizmo_frame(self, problem: Problem, grip: Grip) -> st.Pose:
+        """X_BG of a gizmo whose z is the axis of a hinge or slide, with the middle of its quarter of a ring before the body; else the body's own frame."""
+        model = problem.model
+        if grip.link or model.objects[grip.index].n_v != 1:
+            return st.Pose(np.eye(3), np.zeros(3))
+        q = problem.goal if grip.at_goal else problem.start
+        z = grip.pose(problem).R.T @ model.calc_kinematics(q).axis_W[:, model.objects[grip.index].v_begin]
+        away = self._middle_of(model.object_names[grip.index])
+        away = away - (away @ z) * z
+        if np.linalg.norm(away) < 1e-6:
+            return st.Pose(links.along(z), np.zeros(3))
+        ahead = away / np.linalg.norm(away)
+        x = (ahead - np.cross(z, ahead)) / np.sqrt(2)
+        return st.Pose(np.column_stack([x, np.cross(z, x), z]), np.zeros(3))
+
+    def _middle_of(self, name: str) -> np.ndarray:
+        """Of a body that is posed, in its frame [m]."""
+        assert self.posed is not None
+        for part in self.posed.parts:
+            if self.posed.plan.bodies[part.body].name == name:
+                return (part.mesh[0].min(axis=0) + part.mesh[0].max(axis=0)) / 2
+        return np.zeros(3)
 
     def _gizmo_shape(self, problem: Problem, grip: Grip) -> dict[str, Any]:
         """Arrows and rings for the ways that the joint leaves."""
@@ -267,7 +286,9 @@ class Stage:
         self._marks = []
         if self.posed is None:
             return
-        self.posed.paint({name for f in faults if not f.at_goal and f.kind in ("overlap", "stuck", "unsupported") for name in f.bodies}, FAULT)
+        fixed = {body.name for body in self.posed.plan.bodies if body.kind == "fixed"}  # a whole kitchen may be one body
+        wrong = {name for f in faults if not f.at_goal and f.kind in ("overlap", "stuck", "unsupported") for name in f.bodies}
+        self.posed.paint(wrong - fixed or wrong, FAULT)
         wrong_goal = any(f.at_goal and f.kind != "goal" for f in faults)
         for ghost in (ghost for ghosts in self.posed.goal_ghosts.values() for ghost in ghosts):
             ghost.color = FAULT if wrong_goal else GOAL
@@ -330,7 +351,7 @@ class Stage:
         self.clear()
         self._turn_to(motions[0].pictures)
         plan = motions[0].plan
-        view = choose_view(plan, body_meshes(plan, {}), choose_frames(plan)) if len(motions) > 1 else None
+        view = best_view(plan, motions[0].pictures) if len(motions) > 1 else None
         step = np.zeros(3)
         if view is not None:
             away = view.position - view.look_at
