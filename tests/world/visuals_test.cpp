@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "stiction/world/read.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::world {
 namespace {
@@ -20,16 +21,11 @@ using Eigen::Vector4d;
 /// Files of one test.
 class VisualsTest : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
   std::shared_ptr<const Model> model_of(const std::string& scene) const { return Model::make(parse_scene(scene, folder_)); }
 
-  fs::path folder_{};
+  test::TemporaryFolder temporary_{};
+  fs::path folder_ = temporary_.path();
 };
 
 std::vector<Visual> of_body(const Model& model, const Visuals& visuals, const std::string& name) {
