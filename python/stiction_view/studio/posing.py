@@ -147,14 +147,15 @@ class Posing:
         links = {f"link {link.name}": [Grip(link=link.name, turns=joints[link.name] >= WHOLE)] for link in model.links if joints[link.name]}
         return goals | starts | links
 
-    def _held(self) -> list[Grip]:
+    def grips(self) -> list[Grip]:
+        """What has a handle now."""
         return self._handles().get(self._controls.handle.value, [])
 
     def _grip(self) -> None:
         """The handles where they are wanted."""
         assert self._problem is not None
         self._gripped = self._controls.handle.value
-        self._stage.hold(self._problem, self._held(), self.drag)
+        self._stage.hold(self._problem, self.grips(), self.drag)
         self._say_posture()
 
     def choose_handle(self) -> None:
@@ -181,9 +182,12 @@ class Posing:
 
     def _take_drag(self, grip: Grip) -> None:
         pose, ended = self._dragged.pop(grip, (None, False))
-        problem = self._problem
-        if pose is None or problem is None or grip not in self._held():
-            return
+        if pose is not None and self._problem is not None and grip in self.grips():
+            with self._stage.server.atomic():  # in one message: an arm does not come apart on its way, and fewer take less time
+                self._follow(self._problem, grip, pose, ended)
+
+    def _follow(self, problem: Problem, grip: Grip, pose: st.Pose, ended: bool) -> None:
+        """What is dragged goes where the handle is, or as near as it may."""
         self._remember(f"drag {grip}")
         if grip.link:
             self._say_posture(problem.drag_link(grip.link, pose, grip.turns))
@@ -198,7 +202,7 @@ class Posing:
     def _say_posture(self, placed: st.PlacedLinks | None = None) -> None:
         """The joints where a link has the handle, and how far it is from where it was dragged to."""
         problem, line = self._problem, self._controls.posture
-        line.visible = any(grip.link for grip in self._held())
+        line.visible = any(grip.link for grip in self.grips())
         if problem is None or not line.visible:
             return
         model = problem.model
