@@ -8,7 +8,7 @@ Needs Chromium. The browser draws in software: its part is that of a machine wit
 `page` from then on until the object is seen, `empty` the same of a page of viser with one box; `searched` is the time of the search itself, `shown` from the new goal until its plan is on the page.
 `sent` and `made` are processor time of the program until the first picture, and from a new goal to its plan: they hardly depend on what else runs.
 With --drag no browser is needed: a link goes round in a circle of 80 mm and then ten times as far, out of reach. `tick` is the time from a new place of the handle until all that is drawn
-and all numbers have followed, `solver` the part of it in which the joints are looked for, in milliseconds.
+and all numbers have followed, `own` its processor time, which hardly depends on what else runs, `solver` the part of it in which the joints are looked for, in milliseconds.
 `processors` is how much of one processor a busy thread got meanwhile, 1 on an idle machine: below that the times are those of a busy one.
 """
 
@@ -110,17 +110,18 @@ def drag(name: str, link: str) -> None:
             sys.exit(f"--drag: got {link!r}, expected one of {', '.join(k.name for k in problem.model.links)}")
         X = problem.model.body_poses(problem.start)[grip.link]
         for words, radius in (("in reach", 0.08), ("out of reach", 0.8)):
-            ticks, solver = [], []
+            ticks, own, solver = [], [], []
             for angle in np.linspace(0, 2 * np.pi, 60):
                 wanted = st.Pose(X.R, X.p + radius * np.array([np.sin(angle), 1 - np.cos(angle), 0.3 * np.sin(2 * angle)]))
                 begin = time.perf_counter()
                 st.place_links(problem.model, problem.start, {grip.link: wanted if grip.turns else wanted.p}, postures=1, overlap=True)
                 solver.append(1e3 * (time.perf_counter() - begin))
                 posing.drag(grip, wanted, False)
-                begin = time.perf_counter()
+                begin, used = time.perf_counter(), time.thread_time()
                 studio.desk.do_all(0.0)
                 ticks.append(1e3 * (time.perf_counter() - begin))
-            figures = "  ".join(f"{what} {statistics.median(ms):.1f} (longest {max(ms):.1f})" for what, ms in (("tick", ticks), ("solver", solver)))
+                own.append(1e3 * (time.thread_time() - used))
+            figures = "  ".join(f"{what} {statistics.median(ms):.1f} (longest {max(ms):.1f})" for what, ms in (("tick", ticks), ("own", own), ("solver", solver)))
             print(f"{words}: {figures} ms  processors {share_of_processor():.2f}")
 
 

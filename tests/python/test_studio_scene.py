@@ -209,6 +209,11 @@ def test_each_of_several_goals_has_a_handle_a_ghost_and_numbers(scene: Path, tmp
         assert not studio.posing.problem.goal_moved and pose.goal[0].value == pytest.approx(0.1) and pose.undo.disabled and driven.said == []
 
 
+def test_a_task_that_leaves_the_start_to_its_scene_is_linted(scene: Path) -> None:
+    given = {key: value for key, value in several_goals(scene).items() if key != "start"}
+    assert st.lint(Problem.of_dict(given, scene.parent).task()) == []
+
+
 # ---- links that are dragged ----
 
 ARM = """<mujoco><compiler angle="radian"/><worldbody><body name="upper" pos="0 0 .1"><joint name="a" axis="0 0 1" range="-2 2"/><geom type="capsule" fromto=".05 0 0 .25 0 0" size=".03"/>
