@@ -13,7 +13,7 @@ from .bodies import Color
 if TYPE_CHECKING:
     import stiction as st
 
-MOST_TRIANGLES = 60_000  # of a scene: about 1.5 MB of a page
+MOST_TRIANGLES = 60_000  # of a scene: less than 1 MB of a page
 FEWEST = 200  # of a mesh, however many there are
 
 

@@ -226,15 +226,23 @@ class Stage:
         model = problem.model
         if grip.link or model.objects[grip.index].n_v != 1:
             return st.Pose(np.eye(3), np.zeros(3))
-        q = problem.goal if grip.at_goal else problem.start
-        z = grip.pose(problem).R.T @ model.calc_kinematics(q).axis_W[:, model.objects[grip.index].v_begin]
-        away = self._middle_of(model.object_names[grip.index])
-        away = away - (away @ z) * z
+        z, away = self._axis(problem, grip), self._away(problem, grip)
         if np.linalg.norm(away) < 1e-6:
             return st.Pose(links.along(z), np.zeros(3))
         ahead = away / np.linalg.norm(away)
         x = (ahead - np.cross(z, ahead)) / np.sqrt(2)
         return st.Pose(np.column_stack([x, np.cross(z, x), z]), np.zeros(3))
+
+    @staticmethod
+    def _axis(problem: Problem, grip: Grip) -> np.ndarray:
+        """Of the hinge or slide of an object, in its frame."""
+        q = problem.goal if grip.at_goal else problem.start
+        return grip.pose(problem).R.T @ problem.model.calc_kinematics(q).axis_W[:, problem.model.objects[grip.index].v_begin]
+
+    def _away(self, problem: Problem, grip: Grip) -> np.ndarray:
+        """From the axis to the middle of the object, in its frame [m]."""
+        z, middle = self._axis(problem, grip), self._middle_of(problem.model.object_names[grip.index])
+        return middle - (middle @ z) * z
 
     def _middle_of(self, name: str) -> np.ndarray:
         """Of a body that is posed, in its frame [m]."""
@@ -254,6 +262,9 @@ class Stage:
         if info.n_v == 1 and problem.model.dofs[info.v_begin].kind == st.DofKind.Prismatic:
             shape |= {"active_axes": (False, False, True), "disable_rotations": True, "disable_sliders": True}
         elif info.n_v == 1:
+            away = float(np.linalg.norm(self._away(problem, grip)))
+            if away > 0.2 * self.size_of(name):  # the ring passes the far edge of a door
+                shape["scale"] = max(3.0 * away, 0.15 * self.posed.view.radius)
             shape |= {"active_axes": (True, True, False), "disable_axes": True, "disable_sliders": True}
         elif info.n_v == 3:
             plane = self.posed.plan.object_joints[name]
