@@ -21,6 +21,7 @@ sys.path.insert(0, str(PYTHON))
 import stiction as st  # noqa: E402
 from studio_driven import Driven  # noqa: E402
 
+from stiction_view.camera import make_cloud, sample_surfaces, visible  # noqa: E402
 from stiction_view.studio import catalog, exporting  # noqa: E402
 from stiction_view.studio.app import Studio  # noqa: E402
 from stiction_view.studio.picture import Pictures, plan_drawn  # noqa: E402
@@ -134,6 +135,34 @@ def test_slider_is_dragged_along_its_way_and_inside_its_limits(driven: Driven) -
     driven.studio.posing.drag(grip, st.Pose(np.eye(3), [9.0, 0.0, 0.2]), True)
     driven.until(lambda: pose.goal[0].value == pytest.approx(0.25, abs=1e-9))
     np.testing.assert_allclose(gizmo.position, [0.55, 0, 0.2], atol=1e-9)
+
+
+# A finger behind a door that hides it from most sides, whose hinge points down.
+DOOR = """<mujoco><compiler angle="radian"/><worldbody>
+  <body name="finger" pos="0.5 0.1 0.3"><joint name="x" type="slide" axis="1 0 0" range="-0.2 0.2"/><geom size="0.03" mass="0.2"/></body>
+  <body name="door" pos="0 0 0.5"><joint name="hinge" axis="0 0 -1" range="-1.5 1.5" damping="2" frictionloss="0.3"/><geom type="box" size="0.5 0.02 0.5" pos="0.5 0 0" mass="2"/></body>
+</worldbody><actuator><position joint="x" kp="400" forcerange="-40 40"/></actuator></mujoco>"""
+
+
+def test_door_has_a_ring_before_it_and_is_looked_at_from_where_the_robot_is_seen(tmp_path: Path) -> None:
+    (tmp_path / "door.xml").write_text(DOOR)
+    (folder := tmp_path / "studio").mkdir()
+    entries, first = catalog.find(str(tmp_path / "door.xml"))
+    with serving("127.0.0.1", 0) as server:
+        driven = Driven(Studio(server, entries, first, folder))
+        stage, pose, grip = driven.studio.stage, driven.panel.pose, Grip(0, at_goal=True)
+        drawing = stage.posed
+        cloud = make_cloud(drawing.plan, sample_surfaces(drawing.plan, drawing.parts), 0)
+        away = drawing.view.position - drawing.view.look_at
+        assert visible(cloud, away / np.linalg.norm(away), cloud.is_robot) > 0.5 and visible(cloud, np.array([0.0, -0.8, 0.6]), cloud.is_robot) == 0
+        gizmo, X_BG = stage._gizmos[grip]
+        np.testing.assert_allclose(X_BG.R @ [0.5**0.5, 0.5**0.5, 0], [1, 0, 0], atol=1e-9, err_msg="the middle of the ring is before the door")
+        np.testing.assert_allclose(X_BG.R[:, 2], [0, 0, -1], atol=1e-9)
+        assert gizmo.active_axes == (True, True, False) and gizmo.disable_axes and gizmo.disable_sliders and not gizmo.disable_rotations
+        c, s = np.cos(0.4), np.sin(0.4)
+        driven.studio.posing.drag(grip, st.Pose(np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), [0.2, 0.1, 0.7]), True)
+        driven.until(lambda: pose.goal[0].value == pytest.approx(0.4, abs=1e-9))
+        assert driven.said == []
 
 
 def test_links_that_nothing_can_touch_are_drawn_between_their_joints(tmp_path: Path) -> None:

@@ -21,6 +21,21 @@ WHOLE = 6  # joints with which an arm takes its hand anywhere; with fewer only t
 MOST_UNDONE = 50
 
 
+def handles_of(problem: Problem) -> dict[str, list[Grip]]:
+    """What can be dragged, by its name."""
+    model = problem.model
+    names = model.object_names
+    goals = {f"goal of {names[i]}": [Grip(i, at_goal=True)] for i in problem.goal_objects}
+    if len(goals) == 1:
+        goals = {"goal": next(iter(goals.values()))}
+    elif goals:
+        goals = {"all goals": [grip for grips in goals.values() for grip in grips]} | goals
+    starts = {f"start of {name}": [Grip(i)] for i, name in enumerate(names)}
+    joints = {body.name: sum(k >= model.n_vu for k in body.dofs) for body in model.bodies}
+    links = {f"link {link.name}": [Grip(link=link.name, turns=joints[link.name] >= WHOLE)] for link in model.links if joints[link.name]}
+    return goals | starts | links
+
+
 class Posing:
     """`changed` is called when the task is shown, or is another now."""
 
@@ -33,6 +48,7 @@ class Posing:
         self._rested = False  # faults were looked for, and something is another now
         self._gripped = NOTHING  # what the handle moves
         self._at_keyframe = AS_GIVEN  # where the start was put last
+        self._handles: dict[str, list[Grip]] = {}  # of the task, by their names
         self._dragged: dict[Grip, tuple[st.Pose, bool]] = {}  # the last pose of each handle that was not taken yet, and whether it was let go
         self._undo: list[Snapshot] = []  # the last is the newest
         self._changing = ""  # what the newest one was taken before
@@ -57,8 +73,8 @@ class Posing:
         units = ["m" if model.dofs[model.n_vu + j].kind == st.DofKind.Prismatic else "rad" for j in range(model.n_a)]
         ranges = [problem.joint_range(j) for j in range(model.n_a)]
         controls.fill_joints(model.joint_names, ranges, problem.start[model.n_qu :].tolist(), units)
-        handles = self._handles()
-        set_choices(controls.handle, [NOTHING, *handles], next(iter(handles), NOTHING))
+        self._handles = handles_of(problem)
+        set_choices(controls.handle, [NOTHING, *self._handles], next(iter(self._handles), NOTHING))
         controls.undo.disabled = True
         set_choices(controls.keyframe, [AS_GIVEN, *problem.keyframes], AS_GIVEN)
         set_choices(controls.goal_of, [model.object_names[i] for i in problem.movable()] or [NOTHING], model.object_names[index])
@@ -70,6 +86,7 @@ class Posing:
     def close(self) -> None:
         """Nothing is posed."""
         self._problem = self._pictures = None
+        self._handles = {}
 
     def tick(self, now: float) -> None:
         if self._settle_at is not None and now >= self._settle_at:
@@ -131,25 +148,9 @@ class Posing:
 
     # ---- the handle in the scene ----
 
-    def _handles(self) -> dict[str, list[Grip]]:
-        """What can be dragged, by its name."""
-        problem = self._problem
-        assert problem is not None
-        model = problem.model
-        names = model.object_names
-        goals = {f"goal of {names[i]}": [Grip(i, at_goal=True)] for i in problem.goal_objects}
-        if len(goals) == 1:
-            goals = {"goal": next(iter(goals.values()))}
-        elif goals:
-            goals = {"all goals": [grip for grips in goals.values() for grip in grips]} | goals
-        starts = {f"start of {names[i]}": [Grip(i)] for i in range(len(model.objects))}
-        joints = {body.name: sum(k >= model.n_vu for k in body.dofs) for body in model.bodies}
-        links = {f"link {link.name}": [Grip(link=link.name, turns=joints[link.name] >= WHOLE)] for link in model.links if joints[link.name]}
-        return goals | starts | links
-
     def grips(self) -> list[Grip]:
         """What has a handle now."""
-        return self._handles().get(self._controls.handle.value, [])
+        return self._handles.get(self._controls.handle.value, [])
 
     def _grip(self) -> None:
         """The handles where they are wanted."""
