@@ -560,8 +560,8 @@ def place_links(model: Model, q: numpy.typing.ArrayLike, poses: Mapping[str, Pos
       postures: that the search starts from; 1 starts from q alone, which is fast, and what a link wants that is dragged: no joint leaps.
       overlap: postures in which something overlaps are as good as others.
 
-        >>> task = st.load_task("iiwa_bimanual")
-        >>> hand = "left_iiwa/iiwa_link_7"
+        >>> task = st.load_task("iiwa_bimanual_box")
+        >>> hand = "left/link_7"
         >>> X = task.model.body_poses(task.q_start)[hand]
         >>> placed = st.place_links(task.model, task.q_start, {hand: st.Pose(X.R, X.p + [0, 0, 0.05])})
         >>> placed.status.name, bool(abs(task.model.body_poses(placed.q)[hand].p - X.p)[2] > 0.049)
