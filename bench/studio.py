@@ -2,10 +2,13 @@
 """How soon `stiction studio` shows something: from the start of the program to the first picture, from a new goal to its plan on the page.
 
     .venv/bin/python bench/studio.py [TASK] [--runs N] [--size 1280x800]
+    .venv/bin/python bench/studio.py TASK --drag LINK
 
 Needs Chromium. The browser draws in software: its part is that of a machine without a graphics card. `program` is the time until the address is printed,
 `page` from then on until the object is seen, `empty` the same of a page of viser with one box; `searched` is the time of the search itself, `shown` from the new goal until its plan is on the page.
 `sent` and `made` are processor time of the program until the first picture, and from a new goal to its plan: they hardly depend on what else runs.
+With --drag no browser is needed: a link goes round in a circle of 80 mm and then ten times as far, out of reach. `tick` is the time from a new place of the handle until all that is drawn
+and all numbers have followed, `own` its processor time, which hardly depends on what else runs, `solver` the part of it in which the joints are looked for, in milliseconds.
 `processors` is how much of one processor a busy thread got meanwhile, 1 on an idle machine: below that the times are those of a busy one.
 """
 
@@ -85,13 +88,53 @@ def one(task: str, size: tuple[int, int], goal: float) -> dict[str, float]:
     return {"program": printed - begin, "page": seen - printed, "empty": empty(size), "searched": float(found.group(1)), "shown": shown - moved, "sent": sent, "made": made, "processors": share_of_processor()}
 
 
+def drag(name: str, link: str) -> None:
+    """One link, tick by tick, as the page posts it."""
+    sys.path[:0] = [str(ROOT / "build" / "release" / "python"), str(ROOT / "python")]
+    import numpy as np
+    import stiction as st
+
+    from stiction_view.studio import catalog
+    from stiction_view.studio.app import Studio
+    from stiction_view.studio.server import serving
+
+    entries, first = catalog.find(name)
+    with tempfile.TemporaryDirectory() as folder, serving("127.0.0.1", 0) as server:
+        studio = Studio(server, entries, first, Path(folder))
+        posing = studio.posing
+        problem = posing.problem
+        posing.pick(link)
+        studio.step(0.1)
+        grip = posing.grips()[0]
+        if grip.link != link:
+            sys.exit(f"--drag: got {link!r}, expected one of {', '.join(k.name for k in problem.model.links)}")
+        X = problem.model.body_poses(problem.start)[grip.link]
+        for words, radius in (("in reach", 0.08), ("out of reach", 0.8)):
+            ticks, own, solver = [], [], []
+            for angle in np.linspace(0, 2 * np.pi, 60):
+                wanted = st.Pose(X.R, X.p + radius * np.array([np.sin(angle), 1 - np.cos(angle), 0.3 * np.sin(2 * angle)]))
+                begin = time.perf_counter()
+                st.place_links(problem.model, problem.start, {grip.link: wanted if grip.turns else wanted.p}, postures=1, overlap=True)
+                solver.append(1e3 * (time.perf_counter() - begin))
+                posing.drag(grip, wanted, False)
+                begin, used = time.perf_counter(), time.thread_time()
+                studio.desk.do_all(0.0)
+                ticks.append(1e3 * (time.perf_counter() - begin))
+                own.append(1e3 * (time.thread_time() - used))
+            figures = "  ".join(f"{what} {statistics.median(ms):.1f} (longest {max(ms):.1f})" for what, ms in (("tick", ticks), ("own", own), ("solver", solver)))
+            print(f"{words}: {figures} ms  processors {share_of_processor():.2f}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("task", nargs="?", default="allegro_cube")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--goal", type=float, default=1.2, help="yaw of the new goal [rad]")
     parser.add_argument("--size", default="1280x800")
+    parser.add_argument("--drag", metavar="LINK", help="drag a link, without a browser")
     args = parser.parse_args()
+    if args.drag is not None:
+        return drag(args.task, args.drag)
     width, height = map(int, args.size.split("x"))
     runs = []
     for _ in range(args.runs):

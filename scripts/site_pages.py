@@ -32,7 +32,7 @@ LANGUAGES = {".hpp": "cpp", ".cpp": "cpp", ".py": "python", ".pyi": "python", ".
 SECTIONS = [
     ("Start", ["index.md", {"Install, figures, limits": "code/README.md"}, "which_tool.md", "answers.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
     # As a newcomer wants them.
-    ("Tutorials", ["tutorials/own_robot_and_object.md", "tutorials/studio.md", "scenes.md", "tutorials/ros2_control.md", "tutorials/where_was_my_robot_touched.md", "guarded_moves.md", "several_objects.md", "learning.md", "demonstrations.md"]),
+    ("Tutorials", ["tutorials/own_robot_and_object.md", "tutorials/studio.md", "studio_scenes.md", "scenes.md", "tutorials/ros2_control.md", "tutorials/where_was_my_robot_touched.md", "guarded_moves.md", "several_objects.md", "learning.md", "demonstrations.md"]),
     ("Notebooks", ["notebooks/README.md", *(f"notebooks/{file.stem}.md" for file in sorted((DOCS / "notebooks").glob("*.ipynb")))]),
     ("Reference", ["commands.md", "options.md", {"Python by command": "code/python/README.md"}, "python.md", "headers.md", "notation.md", "plan_file.md", "exports.md", "streams.md", "sweeps.md", "code/scenarios/README.md"]),
     ("Theory", "theory"),

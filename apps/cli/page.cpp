@@ -49,11 +49,14 @@ int run_program(const std::vector<std::string>& words, const std::string& python
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+/// The module reads how bodies look; without it pages show what touches.
+static Packages viewer_packages() { return module_dir().empty() ? Packages::Viewer : Packages::ViewerAndModule; }
+
 int run_page_maker(const fs::path& plan, const fs::path& html, const fs::path& simulation) {
   std::vector<std::string> words = {"stiction_view", plan.string()};
   if (!html.empty()) words.insert(words.end(), {"--html", html.string()});
   if (!simulation.empty()) words.insert(words.end(), {"--simulation", simulation.string()});
-  return run_python("page", Packages::Viewer, words);
+  return run_python("page", viewer_packages(), words);
 }
 
 namespace {
@@ -117,7 +120,7 @@ int show(const fs::path& plan, const std::string& html, bool temporary) {
   if (html.empty()) {
     std::vector<std::string> words = {"stiction_view", plan.string()};
     if (temporary) words.push_back("--temporary");
-    become_python("view", Packages::Viewer, words);
+    become_python("view", viewer_packages(), words);
   }
   const int code = run_page_maker(plan, html);
   if (code == 128 + SIGHUP || code == 128 + SIGINT || code == 128 + SIGTERM) return kInterrupted;

@@ -8,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "pickles.hpp"
+#include "shape_dict.hpp"
 #include "stiction/tasks/pose_numbers.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
@@ -147,29 +148,6 @@ world::Scene scene_of_file(const std::filesystem::path& file) { return world::lo
 world::Scene scene_of_dict(const nb::dict& scene, const std::optional<std::filesystem::path>& base) {
   return world::parse_scene(yaml_text(scene), folder_of(base), tasks::default_package_dirs());
 }
-
-struct ShapeDict {
-  nb::dict operator()(const world::Sphere& s) const { return of("sphere", "radius", s.radius); }
-  nb::dict operator()(const world::Capsule& s) const { return with(of("capsule", "radius", s.radius), "half_length", s.half_length); }
-  nb::dict operator()(const world::Box& s) const { return of("box", "half_extents", Eigen::VectorXd(s.half_extents)); }
-  nb::dict operator()(const world::Cylinder& s) const { return with(of("cylinder", "radius", s.radius), "half_length", s.half_length); }
-  nb::dict operator()(const world::HalfSpace&) const { return with(nb::dict(), "type", "half_space"); }
-  nb::dict operator()(const world::Mesh& s) const {
-    return with(of("mesh", "vertices", Rows(s.mesh->vertices.transpose())), "triangles", Triangles(s.mesh->triangles.transpose()));
-  }
-
- private:
-  using Triangles = Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  template <class Value>
-  static nb::dict with(nb::dict out, const char* key, const Value& value) {
-    out[key] = value;
-    return out;
-  }
-  template <class Value>
-  static nb::dict of(const char* type, const char* key, const Value& value) {
-    return with(with(nb::dict(), "type", type), key, value);
-  }
-};
 
 template <class T>
 std::vector<T> list_of(std::span<const T> items) {

@@ -34,6 +34,7 @@ using namespace nb::literals;
 using ModelPtr = std::shared_ptr<const world::Model>;
 
 void bind_world(nb::module_& m);
+void bind_visuals(nb::module_& m);
 void bind_dynamics(nb::module_& m);
 void bind_batch(nb::module_& m);
 void bind_simulation(nb::module_& m);

@@ -18,6 +18,7 @@ NB_MODULE(_core, m) {
       .value("NumericalFailure", Status::NumericalFailure, "arithmetic broke down; results are not to be used")
       .value("Cancelled", Status::Cancelled, "the caller asked to stop; the best result so far is returned");
   stiction::python::bind_world(m);
+  stiction::python::bind_visuals(m);
   stiction::python::bind_dynamics(m);
   stiction::python::bind_batch(m);
   stiction::python::bind_simulation(m);

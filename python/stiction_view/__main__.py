@@ -40,9 +40,11 @@ def main() -> int:
         print(f"error: {error}", file=sys.stderr)
         return BAD_INPUT
 
-    from . import scene  # after the cheap checks: importing viser takes a moment
+    from . import dress, scene  # after the cheap checks: importing viser takes a moment
 
-    return write(args.html, scene.make_page(plan) if args.simulation is None else overlay.make_page(simulation))
+    if args.simulation is not None:
+        return write(args.html, overlay.make_page(simulation, dress.of_file(args.plan, plan, bare=False)[1]))
+    return write(args.html, scene.make_page(*dress.of_file(args.plan, plan)))
 
 
 def serve(file: Path, port: int, temporary: bool) -> None:
@@ -51,15 +53,18 @@ def serve(file: Path, port: int, temporary: bool) -> None:
         if documents.find(file) is not None:
             raise InvalidPlan(f"{file}: got a document of `sense`, `control` or `touch`, expected a plan; --html makes its page")
         plan = load_plan(file)
+        from . import dress  # importing viser takes a moment
+
+        plan, looks = dress.of_file(file, plan)
     finally:
         if temporary:
             file.unlink(missing_ok=True)
             with contextlib.suppress(OSError):  # others have put something there
                 file.parent.rmdir()
 
-    from . import scene  # after the cheap checks: importing viser takes a moment
+    from . import scene
 
-    scene.serve(plan, port)
+    scene.serve(plan, port, looks)
 
 
 def write(file: Path, page: str) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,9 @@ import numpy as np
 from . import meshes
 from .bodies import GOAL_AXES, OBJECT_AXES, BodyMesh, in_world, pose_at
 from .plan import Plan
+
+
+ROBOT_SEEN = 0.3  # part of the picture of a robot that is enough
 
 
 @dataclass
@@ -29,11 +33,16 @@ class View:
         return dataclasses.replace(self, position=self.position + step, look_at=self.look_at + step)
 
 
-def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
-    """Frames what moves and the goal, from a side from which the object is seen.
+def is_on_one_joint(plan: Plan, body: int) -> bool:
+    return plan.object_joints.get(plan.bodies[body].name) in ("hinge", "slider")
+
+
+def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray, also: Iterable[int] = ()) -> View:
+    """Frames what moves and the goal, from a side from which the object is seen. The origins of the bodies `also` count as well.
 
     Plane problems are looked at along the normal of their plane. Otherwise the candidates are directions on the upper half of a sphere,
-    and the one from which most of the object is not hidden behind anything else wins, over a few moments of the plan.
+    and the one from which most of the object is not hidden behind anything else wins, over a few moments of the plan. A robot may be hidden in
+    part; one that hardly shows counts against a direction: a hand behind a door.
     """
     moments = frames[np.linspace(0, len(frames) - 1, 5).round().astype(int)]
     samples = sample_surfaces(plan, parts)
@@ -42,6 +51,7 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
     for body, points in samples.items():
         if plan.bodies[body].moving is not None:
             interesting += [in_world(points, pose_at(plan, body, knot)) for knot in moments]
+    interesting += [pose_at(plan, body, knot).position[None] for body in also for knot in moments]
     core = np.concatenate(interesting)
     size = np.linalg.norm(np.ptp(core, axis=0))
     # Robot bases and fixed bodies count where they are of the size of the rest; a table as large as a room does not.
@@ -51,6 +61,8 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
             if np.linalg.norm(np.ptp(world, axis=0)) < 1.2 * size:
                 interesting.append(world)
     object_size = np.abs(next(p.mesh[0] for p in parts if p.body == plan.goal_body)).max() if plan.goal_body in samples else 0.0
+    if is_on_one_joint(plan, plan.goal_body):
+        object_size = 0.0  # no frames are drawn
     interesting.append(in_world(GOAL_AXES * object_size * np.eye(3), plan.goal))
     interesting += [in_world(OBJECT_AXES * object_size * np.eye(3), pose_at(plan, plan.goal_body, knot)) for knot in moments]
     everything = np.concatenate(interesting)
@@ -78,7 +90,7 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
             candidates = candidates[:1]
         knots, counts = np.unique(moments, return_counts=True)
         clouds = [make_cloud(plan, samples, knot) for knot in knots]
-        scores = [sum(count * visible(cloud, d) for cloud, count in zip(clouds, counts)) for d in candidates]
+        scores = [sum(count * (visible(cloud, d) + min(visible(cloud, d, cloud.is_robot), ROBOT_SEEN)) for cloud, count in zip(clouds, counts)) for d in candidates]
         direction = candidates[int(np.argmax(np.round(scores, 2)))]
     direction = direction / np.linalg.norm(direction)
 
@@ -119,30 +131,33 @@ class Cloud:
 
     world: np.ndarray  # (n, 3)
     is_object: np.ndarray  # (n)
+    is_robot: np.ndarray  # (n) and moves
     cell: float  # of the depth buffer [m]
 
 
 def make_cloud(plan: Plan, samples: dict[int, np.ndarray], knot: int) -> Cloud:
     world = [in_world(p, pose_at(plan, body, knot)) for body, p in samples.items()]
     is_object = [np.full(len(p), body == plan.goal_body) for body, p in samples.items()]
-    return Cloud(np.concatenate(world), np.concatenate(is_object), _cell(samples.get(plan.goal_body, np.zeros((1, 3)))))
+    is_robot = [np.full(len(p), plan.bodies[body].kind == "robot" and plan.bodies[body].moving is not None) for body, p in samples.items()]
+    return Cloud(np.concatenate(world), np.concatenate(is_object), np.concatenate(is_robot), _cell(samples.get(plan.goal_body, np.zeros((1, 3)))))
 
 
-def visible(cloud: Cloud, direction: np.ndarray) -> float:
-    """Part of the picture of the object that nothing else covers, seen from `direction`: a coarse depth buffer of surface points."""
-    if not cloud.is_object.any():
+def visible(cloud: Cloud, direction: np.ndarray, of: np.ndarray | None = None) -> float:
+    """Part of the picture of the object, or of the points `of`, that nothing else covers, seen from `direction`: a coarse depth buffer of surface points."""
+    wanted = cloud.is_object if of is None else of
+    if not wanted.any():
         return 0.0
     right = np.cross([0.0, 0.0, 1.0], direction)
     right /= np.linalg.norm(right)
     up = np.cross(direction, right)
-    world, is_object = cloud.world, cloud.is_object
+    world = cloud.world
     column, row = (np.round(world @ axis / cloud.cell).astype(int) for axis in (right, up))
     near = np.ones(len(world), dtype=bool)
-    for index in (column, row):  # nothing else can cover the object
-        near &= (index >= index[is_object].min()) & (index <= index[is_object].max())
-    world, is_object, column, row = world[near], is_object[near], column[near], row[near]
+    for index in (column, row):  # nothing else can cover it
+        near &= (index >= index[wanted].min()) & (index <= index[wanted].max())
+    world, wanted, column, row = world[near], wanted[near], column[near], row[near]
     key = (column - column.min()) * (np.ptp(row) + 1) + row - row.min()
     # Sorted by cell and, within a cell, by depth: the last point of a cell is the one that is seen.
     order = np.lexsort((world @ direction, key))
     seen = order[np.append(np.diff(key[order]) > 0, True)]
-    return float(is_object[seen].sum() / len(np.unique(key[is_object])))
+    return float(wanted[seen].sum() / len(np.unique(key[wanted])))

@@ -7,9 +7,10 @@ import viser
 
 from . import charts, links, meshes
 from .bodies import FIXED, FORCE, GOAL, GOAL_AXES, KIND_COLOR, KIND_TEXT, OBJECT, OBJECT_AXES, ROBOT, ROBOT_BASE, ROBOT_OPACITY, ROBOT_REGRASP, TREE, BodyMesh, Color, body_meshes, in_world, pose_at, pose_in, slug
-from .camera import View, choose_view
+from .camera import View, choose_view, is_on_one_joint
 from .frames import choose_frames, frame_times
-from .plan import Plan, rotation_matrices
+from .looks import NOTHING, Looks
+from .plan import Body, Plan, Pose, rotation_matrices
 
 
 def _wxyz(rotation: np.ndarray) -> np.ndarray:
@@ -48,54 +49,64 @@ def add_ghost(scene: viser.SceneApi, name: str, part: BodyMesh, *, grown: float,
     return scene.add_mesh_simple(name, larger, part.mesh[1], color=color, opacity=opacity, side="back", cast_shadow=False, receive_shadow=False)
 
 
-class Drawing:
-    """A plan under the node `root` of a scene, `origin` away from where it is; show(knot) moves it. Without `view` one is chosen."""
+def bare_bodies(plan: Plan, rods: dict[int, list[meshes.Mesh]], looks: Looks) -> list[int]:
+    """That are seen, and nothing of them touches."""
+    shaped = {g.body for g in plan.geometries if g.shape["type"] != "half_space"} | set(rods)
+    return [i for i, body in enumerate(plan.bodies) if body.name in looks.patches and i not in shaped]
 
-    def __init__(self, server: viser.ViserServer, plan: Plan, *, root: str = "", origin: np.ndarray | None = None, rods: Rods | None = None, with_goal: bool = True, view: View | None = None):
+
+def find_parts(plan: Plan, rods: dict[int, list[meshes.Mesh]], looks: Looks) -> list[BodyMesh]:
+    """What touches of every body, or what is seen of it where nothing touches."""
+    return body_meshes(plan, rods) + [BodyMesh(i, looks.mesh(plan.bodies[i].name)) for i in bare_bodies(plan, rods, looks)]
+
+
+class Drawing:
+    """A plan under the node `root` of a scene, `origin` away from where it is; show(knot) moves it. Without `view` one is chosen.
+
+    Bodies that have looks are drawn twice, as they are seen and as what touches; show_as() says which of both shows. A recorded page has one of
+    both alone: without `touches` the other is not drawn.
+    """
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        plan: Plan,
+        *,
+        root: str = "",
+        origin: np.ndarray | None = None,
+        rods: Rods | None = None,
+        with_goal: bool = True,
+        view: View | None = None,
+        looks: Looks = NOTHING,
+        touches: bool = True,
+    ):
         self.plan = plan
+        self.looks = looks
         self.root = root
         self.frames = choose_frames(plan)
         self.times = frame_times(self.frames)
         fixed_rods, self.loose_rods = links.find(plan) if rods is None else rods
-        self.parts = parts = body_meshes(plan, fixed_rods)
-        self.view = view or choose_view(plan, parts, self.frames)
+        self.parts = parts = find_parts(plan, fixed_rods, looks)
+        self.bare = set(bare_bodies(plan, fixed_rods, looks))
+        self.view = view or choose_view(plan, parts, self.frames, links.ends(self.loose_rods))
         self.segment_shown = -1
         self.has_tree = False
         self.poses_shown: dict[int, np.ndarray] = {}
         self.moving_nodes: list[tuple[int, viser.SceneNodeHandle]] = []
-        self.robot_meshes: list[viser.MeshHandle] = []
+        self.robot_meshes: list[viser.MeshHandle] = []  # of what touches
         self.painted: dict[str, list[tuple[viser.MeshHandle, Color]]] = {}  # meshes of a body with their own colours
-        self.goal_ghost: viser.MeshHandle | None = None
+        self.touched: list[viser.SceneNodeHandle] = []  # hidden where bodies show as they are seen
+        self.seen: list[viser.SceneNodeHandle] = []
+        self.goal_nodes: dict[int, viser.SceneNodeHandle] = {}  # by body
+        self.goal_ghosts: dict[int, list[viser.MeshHandle]] = {}
         scene, view = server.scene, self.view
         self.root_node = scene.add_frame(root, show_axes=False, position=np.zeros(3) if origin is None else origin) if root else None
 
-        for part in parts:
-            body = plan.bodies[part.body]
-            node = f"{root}/{body.kind}/{slug(body.name)}"
-            pose = pose_at(plan, part.body, int(self.frames[0]))
-            frame = scene.add_frame(node, show_axes=False, wxyz=pose.wxyz, position=pose.position)
-            if body.kind == "object":
-                self.painted[body.name] = self._paint(scene, node, part.mesh)
-            else:
-                color = FIXED if body.kind == "fixed" else ROBOT if body.moving is not None else ROBOT_BASE
-                vertices, triangles = part.mesh[:2]
-                # Fingers are a little transparent: what they touch and the arrow heads inside them can be seen.
-                opacity = ROBOT_OPACITY if body.kind == "robot" and body.moving is not None else None
-                handle = scene.add_mesh_simple(f"{node}/shape", vertices, triangles, color=color, opacity=opacity)
-                self.painted[body.name] = [(handle, color)]
-                if body.kind == "robot" and body.moving is not None:
-                    self.robot_meshes.append(handle)
-            if body.moving is not None:
-                self.moving_nodes.append((part.body, frame))
-        self.loose_nodes = []
-        for number, rod in enumerate(self.loose_rods):
-            vertices, triangles, _ = meshes.capsule(rod.radius, rod.length / 2)
-            handle = scene.add_mesh_simple(f"{root}/robot/rod{number}", vertices, triangles, color=ROBOT, opacity=ROBOT_OPACITY)
-            self.loose_nodes.append(handle)
-            self.robot_meshes.append(handle)
+        self._add_bodies(scene, touches)
+        self._add_loose_rods(scene, touches)
         self._add_planes(scene)
         if with_goal:
-            self._add_goal(scene, parts)
+            self._add_goals(scene, touches)
         self._add_tree(scene, parts)
 
         self.force_scale, self.force_longest = self._force_scale(parts)
@@ -115,6 +126,67 @@ class Drawing:
             anchor="bottom-center",
             font_screen_scale=1.4,
         )
+        self.show_as(seen=True)
+
+    def _add_bodies(self, scene: viser.SceneApi, touches: bool) -> None:
+        for part in self.parts:
+            body = self.plan.bodies[part.body]
+            node = f"{self.root}/{body.kind}/{slug(body.name)}"
+            pose = pose_at(self.plan, part.body, int(self.frames[0]))
+            frame = scene.add_frame(node, show_axes=False, wxyz=pose.wxyz, position=pose.position)
+            self.painted[body.name] = painted = []
+            if body.name in self.looks.patches:
+                painted += self._dress(scene, node, body.name)
+            if part.body not in self.bare and (touches or body.name not in self.looks.patches):
+                shapes = self._add_shapes(scene, node, body, part.mesh)
+                painted += shapes
+                if body.name in self.looks.patches:
+                    self.touched += [mesh for mesh, _ in shapes]
+            if body.moving is not None:
+                self.moving_nodes.append((part.body, frame))
+
+    def show_as(self, seen: bool) -> None:
+        """Bodies as their files show them, or as what touches."""
+        for nodes, visible in ((self.seen, seen), (self.touched, not seen)):
+            for node in nodes:
+                if node.visible != visible:
+                    node.visible = visible
+
+    def _dress(self, scene: viser.SceneApi, node: str, name: str) -> list[tuple[viser.MeshHandle, Color]]:
+        """A body as it is seen."""
+        out = []
+        for number, patch in enumerate(self.looks.patches[name]):
+            mesh = scene.add_mesh_simple(f"{node}/seen{number}", patch.vertices, patch.triangles, color=patch.color, opacity=patch.opacity, side="double")
+            out.append((mesh, patch.color))
+        self.seen += [mesh for mesh, _ in out]
+        return out
+
+    def _add_shapes(self, scene: viser.SceneApi, node: str, body: Body, mesh: meshes.Mesh) -> list[tuple[viser.MeshHandle, Color]]:
+        """What touches of a body."""
+        if body.kind == "object":
+            return self._paint(scene, node, mesh)
+        color = FIXED if body.kind == "fixed" else ROBOT if body.moving is not None else ROBOT_BASE
+        # Fingers are a little transparent: what they touch and the arrow heads inside them can be seen.
+        opacity = ROBOT_OPACITY if body.kind == "robot" and body.moving is not None else None
+        handle = scene.add_mesh_simple(f"{node}/shape", *mesh[:2], color=color, opacity=opacity)
+        if body.kind == "robot" and body.moving is not None:
+            self.robot_meshes.append(handle)
+        return [(handle, color)]
+
+    def _add_loose_rods(self, scene: viser.SceneApi, touches: bool) -> None:
+        """Rods between links; those of a robot of which a file shows something go with what touches."""
+        names = [body.name for body in self.plan.bodies]
+        dressed = {name.split("/")[0] for name in self.looks.patches}
+        if not touches:
+            self.loose_rods = [rod for rod in self.loose_rods if names[rod.parent].split("/")[0] not in dressed]
+        self.loose_nodes = []
+        for number, rod in enumerate(self.loose_rods):
+            vertices, triangles, _ = meshes.capsule(rod.radius, rod.length / 2)
+            handle = scene.add_mesh_simple(f"{self.root}/robot/rod{number}", vertices, triangles, color=ROBOT, opacity=ROBOT_OPACITY)
+            self.loose_nodes.append(handle)
+            self.robot_meshes.append(handle)
+            if names[rod.parent].split("/")[0] in dressed:
+                self.touched.append(handle)
 
     def _paint(self, scene: viser.SceneApi, node: str, mesh: meshes.Mesh) -> list[tuple[viser.MeshHandle, Color]]:
         out = []
@@ -159,24 +231,36 @@ class Drawing:
                 position=tuple(view.look_at - normal * (normal @ (view.look_at - origin))),
             )
 
-    def _add_goal(self, scene: viser.SceneApi, parts: list[BodyMesh]) -> None:
-        """The object at its goal as a green ghost, and two frames that must meet: thin at the goal, thick on the object."""
-        plan, goal = self.plan, self.plan.goal
-        part = next((p for p in parts if p.body == plan.goal_body), None)
+    def _add_goals(self, scene: viser.SceneApi, touches: bool) -> None:
+        for number, (body, goal) in enumerate([(self.plan.goal_body, self.plan.goal), *self.plan.more_goals]):
+            self._add_goal(scene, f"{self.root}/goal{number or ''}", body, goal, touches)
+
+    def _add_goal(self, scene: viser.SceneApi, node: str, body: int, goal: Pose, touches: bool) -> None:
+        """An object at its goal as a green ghost, and two frames that must meet: thin at the goal, thick on the object. On a hinge or slide the ghost says all."""
+        part = next((p for p in self.parts if p.body == body), None)
         extent = np.abs(part.mesh[0]).max() if part is not None else 0.3 * self.view.radius
-        name = slug(plan.bodies[plan.goal_body].name)
-        self.goal_node = scene.add_frame(
-            f"{self.root}/goal",
+        name = self.plan.bodies[body].name
+        framed = not is_on_one_joint(self.plan, body)
+        self.goal_nodes[body] = scene.add_frame(
+            node,
+            show_axes=framed,
             wxyz=goal.wxyz,
             position=goal.position,
             axes_length=float(GOAL_AXES * extent),
             axes_radius=float(0.016 * extent),
             origin_radius=0.0,
         )
-        if part is not None:
-            self.goal_ghost = add_ghost(scene, f"{self.root}/goal/ghost", part, grown=1.05, color=GOAL, opacity=0.42)
+        ghosts = self.goal_ghosts.setdefault(body, [])
+        if name in self.looks.patches:
+            ghosts.append(add_ghost(scene, f"{node}/seen", BodyMesh(body, self.looks.mesh(name)), grown=1.05, color=GOAL, opacity=0.42))
+            self.seen.append(ghosts[-1])
+        if part is not None and body not in self.bare and (touches or not ghosts):
+            ghosts.append(add_ghost(scene, f"{node}/ghost", part, grown=1.05, color=GOAL, opacity=0.42))
+            if len(ghosts) > 1:
+                self.touched.append(ghosts[-1])
         scene.add_frame(
-            f"{self.root}/object/{name}/axes",
+            f"{self.root}/object/{slug(name)}/axes",
+            show_axes=framed,
             axes_length=float(OBJECT_AXES * extent),
             axes_radius=float(0.035 * extent),
             origin_radius=0.0,

@@ -123,6 +123,11 @@ def find(plan: Plan) -> tuple[dict[int, list[meshes.Mesh]], list[LooseRod]]:
     return fixed, [r for r in loose if r.length > 1e-3]
 
 
+def ends(rods: list[LooseRod]) -> set[int]:
+    """Bodies that loose rods join."""
+    return {body for rod_ in rods for body in (rod_.parent, rod_.child)}
+
+
 def _pivot(points: np.ndarray) -> np.ndarray:
     """Centre of the sphere through a track of points (least squares, the nearest to the track of those that fit)."""
     mean = points.mean(axis=0)

@@ -15,6 +15,7 @@ from .bodies import OBJECT, OBJECT_AXES, Color, body_meshes, slug
 from .drawing import Drawing, add_ghost
 from .frames import HOLD_END, HOLD_START
 from .loads import Loads
+from .looks import NOTHING, Looks
 from .plan import Contact, Plan, load_plan, read_document
 
 FORMAT = "stiction-simulation"
@@ -88,10 +89,10 @@ def _loads(plan: Plan, frames: list[dict[str, Any]]) -> Loads | None:
 class OverlayDrawing(Drawing):
     """The drawing of the simulated motion, and a ghost of every object where the plan has it."""
 
-    def __init__(self, server: viser.ViserServer, simulation: Simulation):
+    def __init__(self, server: viser.ViserServer, simulation: Simulation, looks: Looks = NOTHING):
         self.simulation = simulation
         self.ghosts: list[tuple[int, viser.SceneNodeHandle]] = []
-        super().__init__(server, simulation.plan)
+        super().__init__(server, simulation.plan, looks=looks, touches=not looks)
         seconds = simulation.times[self.frames]
         rate = max(1.0, (seconds[-1] - seconds[0]) / MAX_SECONDS)
         self.times = HOLD_START + (seconds - seconds[0]) / rate
@@ -149,6 +150,6 @@ class OverlayDrawing(Drawing):
         return [(OBJECT[0], "simulated"), (PLANNED, "planned"), *super().keys()[-2:]]
 
 
-def make_page(simulation: Simulation) -> str:
+def make_page(simulation: Simulation, looks: Looks = NOTHING) -> str:
     """One self-contained page: the recorded run with a time bar."""
-    return scene.record(lambda server: OverlayDrawing(server, simulation))
+    return scene.record(lambda server, looks: OverlayDrawing(server, simulation, looks), looks)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -76,6 +76,7 @@ class Plan:
     tree_parents: np.ndarray  # (nodes), -1 for the root
     tree_poses: np.ndarray  # (nodes, 7) of the goal's object: x, y, z, qw, qx, qy, qz in W
     loads: Loads | None = None  # None: of a motion that is no plan
+    more_goals: list[tuple[int, Pose]] = field(default_factory=list)  # of other objects: body and pose
 
 
 COORDINATES = {

@@ -27,10 +27,10 @@ VALUES = """
     Analytic BaseWrench Body ByRule Calibration Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlSample ControlScenario
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof ErrorSets Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth GuardedMoveResult GuardedResult IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
-    PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RefusedMoves RejectionSampling Residuals
+    PlacedLinks PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RefusedMoves RejectionSampling Residuals
     RobotLink RolloutBatch RolloutResult RunPiece RunPlan RunResult RunSample Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
-    TransferResult TreeNode TubeRest TubeResult WorldError
+    TransferResult TreeNode TubeRest TubeResult Visual Visuals WorldError
 """.split()
 SHARED = ["Model", "Sensor"]  # immutable and large: pickle makes them anew, a copy is the object itself
 AT_WORK = ["BatchWorkspace", "ContactController", "ControlLoop", "DrivenPlant", "Plant", "SimulatedPlant", "StepWorkspace", "TouchOnset"]
@@ -161,6 +161,12 @@ def first(values: Any) -> Any:
     return values[0]
 
 
+def seen() -> Any:
+    urdf = """<robot name="r"><link name="base"><visual><geometry><box size="1 2 3"/></geometry></visual>
+      <visual><geometry><mesh filename="cut_block.obj"/></geometry></visual></link></robot>"""
+    return st.read_visuals(st.load_model({"robots": [{"name": "r", "urdf": urdf}]}, base=ROOT / "models"))
+
+
 def last_sample() -> Any:
     samples: list[Any] = []
     st.run(task(), seed=0, duration=3, on_sample=samples.append)
@@ -242,6 +248,9 @@ MAKE: dict[str, Callable[[], Any]] = {
     "SetContact": lambda: first(first(sets().sets).contacts),
     "SimulationResult": simulated,
     "SolveResult": lambda: st.solve(task(), seed=0, tries=1, speed=20.0),
+    "PlacedLinks": lambda: st.place_links(task().model, task().q_start, {}),
+    "Visual": lambda: first(MAKE["Visuals"]().visuals),
+    "Visuals": seen,
     "SolveRun": lambda: first(MAKE["SolveTry"]().runs),
     "SolveTry": lambda: MAKE["SolveResult"]().best,
     "SpeedLimits": lambda: st.SpeedLimits(revolute=0.3, pause=2),

@@ -29,6 +29,7 @@ from stiction_view.studio.results import MAX_SAMPLES  # noqa: E402
 from stiction_view.studio.sense_live import Live  # noqa: E402
 from stiction_view.studio.server import serving  # noqa: E402
 from stiction_view.studio.showing import IN_MUJOCO  # noqa: E402
+from stiction_view.studio.stage import Grip  # noqa: E402
 
 
 @pytest.fixture
@@ -132,7 +133,7 @@ def test_goal_that_moves_is_planned_anew_when_wanted(driven: Driven) -> None:
     panel.search.again.value = True
     driven.until(lambda: "no fault" in panel.pose.faults.content)
     assert studio.work.running is None, "nothing moved yet"
-    studio.posing.drag(st.Pose(np.eye(3), [0.0, 0.5, 0.0]), True)
+    studio.posing.drag(Grip(0, at_goal=True), st.Pose(np.eye(3), [0.0, 0.5, 0.0]), True)
     driven.until(lambda: studio.showing.result is not None)
     np.testing.assert_allclose(studio.showing.result.plan.task.goal.X_WG.p[1], 0.5, atol=1e-9)
 

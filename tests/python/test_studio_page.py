@@ -90,6 +90,25 @@ def test_result_that_is_looked_at_from_elsewhere_is_in_the_picture(window: Windo
     check_quiet(window)
 
 
+@browser.needed
+def test_link_is_dragged_with_the_mouse_and_comes_back(window: Window) -> None:
+    window.choose("Open", "planar_pushing")
+    window.turn_to("Pose")
+    window.wait_text("Lint finds no fault")
+    window.choose("Drag", "link hand/ball")
+    said = window.wait_text(r"joints: (.*)").group(1)
+    window.pull(lambda picture: square(picture, GRIP), (15, -20), lambda: window.wait_text(r"joints: (.*)").group(1) != said, "the joints to follow")
+    window.turn_to("Export")
+    window.wait_text("stiction plan task.yaml")
+    window.turn_to("Pose")
+    window.press("Undo", "button")
+    window.browser.wait_for(lambda: window.wait_text(r"joints: (.*)").group(1) == said, PATIENCE, "the joints to come back")
+    window.turn_to("Export")
+    window.wait_text("stiction plan planar_pushing")
+    window.turn_to("Pose")
+    check_quiet(window)
+
+
 URDF = """<robot name="pusher"><link name="base"/><link name="tip"><collision><geometry>{shape}</geometry></collision></link>
 <joint name="slide" type="prismatic"><parent link="base"/><child link="tip"/><origin xyz="0 0 0.05"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="50"/></joint></robot>"""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
 import sys
@@ -20,11 +21,13 @@ sys.path.insert(0, str(PYTHON))
 import stiction as st  # noqa: E402
 from studio_driven import Driven  # noqa: E402
 
+from stiction_view.camera import make_cloud, sample_surfaces, visible  # noqa: E402
 from stiction_view.studio import catalog, exporting  # noqa: E402
 from stiction_view.studio.app import Studio  # noqa: E402
 from stiction_view.studio.picture import Pictures, plan_drawn  # noqa: E402
 from stiction_view.studio.problem import Problem  # noqa: E402
 from stiction_view.studio.server import serving  # noqa: E402
+from stiction_view.studio.stage import Grip  # noqa: E402
 
 # A finger on two slides, a drawer that it opens from behind, and a puck on a table.
 SCENE = """<mujoco><option gravity="0 0 -9.81"/><worldbody>
@@ -87,7 +90,7 @@ def test_another_object_gets_the_goal_and_keeps_the_start(driven: Driven) -> Non
     assert len(pose.goal) == 6 and pose.any_turn.visible and pose.any_turn.value and pose.handle.value == "goal"
     np.testing.assert_allclose([handle.value for handle in pose.goal[:3]], [0.1, 0.2, 0.02], atol=1e-6)
     np.testing.assert_allclose(studio.posing.problem.task().q_start[-2:], [0.1, -0.3], atol=1e-9)
-    studio.posing.drag(st.Pose(np.eye(3), [0.2, 0.25, 0.02]), True)
+    studio.posing.drag(Grip(1, at_goal=True), st.Pose(np.eye(3), [0.2, 0.25, 0.02]), True)
     driven.until(lambda: abs(pose.goal[0].value - 0.2) < 1e-9)
     assert "'0.2 0.25 0.02 ~ ~ ~'" in driven.panel.export.command.content
     assert all(studio.posing.problem.task().goal.open[4:7]), "after the drawer and the place of the puck"
@@ -121,13 +124,45 @@ def test_changed_start_is_in_what_reproduces_it(driven: Driven) -> None:
 
 
 def test_slider_is_dragged_along_its_way_and_inside_its_limits(driven: Driven) -> None:
-    pose = driven.panel.pose
-    assert pose.handle.value == "goal" and driven.studio.stage._gizmo is not None
-    driven.studio.posing.drag(st.Pose(np.eye(3), [0.42, 0.3, 0.7]), True)
+    pose, stage, grip = driven.panel.pose, driven.studio.stage, Grip(0, at_goal=True)
+    assert pose.handle.value == "goal"
+    gizmo, X_BG = stage._gizmos[grip]
+    np.testing.assert_allclose(X_BG.R[:, 2], [1, 0, 0], atol=1e-12)
+    assert gizmo.active_axes == (False, False, True) and gizmo.disable_rotations, "one arrow along the rail"
+    assert (pose.goal[0].min, pose.goal[0].max) == (0, 0.25), "and a slider"
+    driven.studio.posing.drag(grip, st.Pose(np.eye(3), [0.42, 0.3, 0.7]), True)
     driven.until(lambda: pose.goal[0].value == pytest.approx(0.12, abs=1e-9))
-    driven.studio.posing.drag(st.Pose(np.eye(3), [9.0, 0.0, 0.2]), True)
+    driven.studio.posing.drag(grip, st.Pose(np.eye(3), [9.0, 0.0, 0.2]), True)
     driven.until(lambda: pose.goal[0].value == pytest.approx(0.25, abs=1e-9))
-    np.testing.assert_allclose(driven.studio.stage._gizmo.position, [0.55, 0, 0.2], atol=1e-9)
+    np.testing.assert_allclose(gizmo.position, [0.55, 0, 0.2], atol=1e-9)
+
+
+# A finger behind a door that hides it from most sides, whose hinge points down.
+DOOR = """<mujoco><compiler angle="radian"/><worldbody>
+  <body name="finger" pos="0.5 0.1 0.3"><joint name="x" type="slide" axis="1 0 0" range="-0.2 0.2"/><geom size="0.03" mass="0.2"/></body>
+  <body name="door" pos="0 0 0.5"><joint name="hinge" axis="0 0 -1" range="-1.5 1.5" damping="2" frictionloss="0.3"/><geom type="box" size="0.5 0.02 0.5" pos="0.5 0 0" mass="2"/></body>
+</worldbody><actuator><position joint="x" kp="400" forcerange="-40 40"/></actuator></mujoco>"""
+
+
+def test_door_has_a_ring_before_it_and_is_looked_at_from_where_the_robot_is_seen(tmp_path: Path) -> None:
+    (tmp_path / "door.xml").write_text(DOOR)
+    (folder := tmp_path / "studio").mkdir()
+    entries, first = catalog.find(str(tmp_path / "door.xml"))
+    with serving("127.0.0.1", 0) as server:
+        driven = Driven(Studio(server, entries, first, folder))
+        stage, pose, grip = driven.studio.stage, driven.panel.pose, Grip(0, at_goal=True)
+        drawing = stage.posed
+        cloud = make_cloud(drawing.plan, sample_surfaces(drawing.plan, drawing.parts), 0)
+        away = drawing.view.position - drawing.view.look_at
+        assert visible(cloud, away / np.linalg.norm(away), cloud.is_robot) > 0.5 and visible(cloud, np.array([0.0, -0.8, 0.6]), cloud.is_robot) == 0
+        gizmo, X_BG = stage._gizmos[grip]
+        np.testing.assert_allclose(X_BG.R @ [0.5**0.5, 0.5**0.5, 0], [1, 0, 0], atol=1e-9, err_msg="the middle of the ring is before the door")
+        np.testing.assert_allclose(X_BG.R[:, 2], [0, 0, -1], atol=1e-9)
+        assert gizmo.active_axes == (True, True, False) and gizmo.disable_axes and gizmo.disable_sliders and not gizmo.disable_rotations
+        c, s = np.cos(0.4), np.sin(0.4)
+        driven.studio.posing.drag(grip, st.Pose(np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), [0.2, 0.1, 0.7]), True)
+        driven.until(lambda: pose.goal[0].value == pytest.approx(0.4, abs=1e-9))
+        assert driven.said == []
 
 
 def test_links_that_nothing_can_touch_are_drawn_between_their_joints(tmp_path: Path) -> None:
@@ -156,16 +191,130 @@ def test_robot_alone_is_sent_to_where_it_gets_an_object(tmp_path: Path) -> None:
         assert studio.posing.problem is None
 
 
-def test_goal_of_several_objects_stays_theirs(scene: Path) -> None:
+def several_goals(scene: Path) -> dict[str, object]:
     goal = {"objects": {"drawer": {"coordinates": [0.1]}, "puck": {"position": [0.1, 0.2, 0.02], "rpy": None}}}
-    given = {"scene": {"file": scene.name}, "start": {"keyframe": "near"}, "goal": goal, "tolerance": {"position": 0.01, "angle": 0.1}}
-    made = Problem.of_dict(given, scene.parent)
+    return {"scene": {"file": scene.name}, "start": {"keyframe": "near"}, "goal": goal, "tolerance": {"position": 0.01, "angle": 0.1}}
+
+
+def test_goal_of_several_objects_stays_theirs(scene: Path) -> None:
+    made = Problem.of_dict(several_goals(scene), scene.parent)
     assert len(made.task().goal_objects) == 2 and made.movable() == []
     names = made.model.object_names
     assert names[made.goal_object] == "puck" and made.any_turn, "the smaller one"
-    made.set_goal_numbers([0.15, 0.2, 0.02, 0.0, 0.0, 0.0])
+    assert made.goal_names()[0].startswith("drawer") and len(made.goal_numbers()) == 7
+    made.set_goal_numbers([0.1, 0.15, 0.2, 0.02, 0.0, 0.0, 0.0])
+    assert made.moved_goals == {names.index("puck")}
     after = made.task()
     q = dict(zip(names, np.split(after.q_goal, [made.model.objects[1].q_begin])))
     assert q["drawer"] == pytest.approx(0.1)
     np.testing.assert_allclose(q["puck"][:3], [0.15, 0.2, 0.02], atol=1e-9)
     assert after.goal.open == made.given.goal.open and made.command(5).count("~") == 3
+    made.set_goal(st.Pose(np.eye(3), [0.5, 0.3, 0.1]), names.index("drawer"))
+    assert made.task().q_goal[0] == pytest.approx(0.2), "along its rail"
+    assert made.command(5).count("~") == 3
+
+
+def test_each_of_several_goals_has_a_handle_a_ghost_and_numbers(scene: Path, tmp_path: Path) -> None:
+    file = tmp_path / "both.yaml"
+    file.write_text(json.dumps(several_goals(scene)))
+    entries, first = catalog.find(str(file))
+    with serving("127.0.0.1", 0) as server:
+        driven = Driven(Studio(server, entries, first, tmp_path))
+        studio, pose = driven.studio, driven.panel.pose
+        drawer, puck = (Grip(studio.posing.problem.model.object_names.index(name), at_goal=True) for name in ("drawer", "puck"))
+        assert pose.handle.value == "all goals" and set(studio.stage._gizmos) == {drawer, puck}
+        assert len(studio.stage.posed.goal_nodes) == 2
+        studio.posing.drag(drawer, st.Pose(np.eye(3), [0.5, 0.3, 0.7]), False)
+        studio.posing.drag(puck, st.Pose(np.eye(3), [0.3, 0.25, 0.02]), True)
+        driven.until(lambda: pose.goal[0].value == pytest.approx(0.2) and pose.goal[1].value == pytest.approx(0.3))
+        ghosts = {studio.stage.posed.plan.bodies[body].name: node.position for body, node in studio.stage.posed.goal_nodes.items()}
+        np.testing.assert_allclose(ghosts["drawer"], [0.5, 0, 0.2], atol=1e-9)
+        np.testing.assert_allclose(ghosts["puck"], [0.3, 0.25, 0.02], atol=1e-9)
+        pose.handle.value = "goal of puck"
+        driven.until(lambda: set(studio.stage._gizmos) == {puck})
+        np.testing.assert_allclose(studio.posing.problem.task().q_goal[:4], [0.2, 0.3, 0.25, 0.02], atol=1e-9)
+        driven.press("undo")
+        driven.press("undo")
+        assert not studio.posing.problem.goal_moved and pose.goal[0].value == pytest.approx(0.1) and pose.undo.disabled and driven.said == []
+
+
+def test_a_task_that_leaves_the_start_to_its_scene_is_linted(scene: Path) -> None:
+    given = {key: value for key, value in several_goals(scene).items() if key != "start"}
+    assert st.lint(Problem.of_dict(given, scene.parent).task()) == []
+
+
+# ---- links that are dragged ----
+
+ARM = """<mujoco><compiler angle="radian"/><worldbody><body name="upper" pos="0 0 .1"><joint name="a" axis="0 0 1" range="-2 2"/><geom type="capsule" fromto=".05 0 0 .25 0 0" size=".03"/>
+  <body name="lower" pos="0.3 0 0"><joint name="b" axis="0 0 1" range="-2 2"/><geom type="capsule" fromto=".05 0 0 .2 0 0" size=".02"/><body name="hand" pos="0.25 0 0"><geom size=".02"/></body></body></body>
+  <body name="puck" pos="0.2 .3 .1"><joint name="way" type="slide" axis="1 0 0" range="-1 1" frictionloss=".1"/><geom size=".03" mass=".1"/></body></worldbody>
+  <actuator><position joint="a" kp="50"/><position joint="b" kp="50"/></actuator>
+  <keyframe><key name="bent" qpos="0.4 -1 0"/></keyframe></mujoco>"""
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Iterator[Driven]:
+    (tmp_path / "arm.xml").write_text(ARM)
+    (folder := tmp_path / "studio").mkdir()
+    entries, first = catalog.find(str(tmp_path / "arm.xml"))
+    with serving("127.0.0.1", 0) as server:
+        yield Driven(Studio(server, entries, first, folder))
+
+
+def test_hand_is_dragged_and_its_joints_follow(arm: Driven) -> None:
+    studio, pose = arm.studio, arm.panel.pose
+    problem = studio.posing.problem
+    pose.keyframe.value = "bent"
+    arm.until(lambda: problem.start_moved)
+    given = problem.start.copy()
+    studio.posing.pick("robot/hand")
+    arm.until(lambda: pose.handle.value == "link robot/hand")
+    grip = Grip(link="robot/hand", turns=False)
+    assert set(studio.stage._gizmos) == {grip} and studio.stage._gizmos[grip][0].disable_rotations, "two joints turn no hand"
+    X = problem.model.body_poses(given)["robot/hand"]
+    wanted = X.p + [-0.05, 0.1, 0]
+    for k in range(1, 6):
+        studio.posing.drag(grip, st.Pose(X.R, X.p + k / 5 * (wanted - X.p)), k == 5)
+        arm.until(lambda: not studio.posing._dragged)
+    np.testing.assert_allclose(problem.model.body_poses(problem.start)["robot/hand"].p, wanted, atol=1e-6)
+    np.testing.assert_allclose([handle.value for handle in pose.joints], problem.start[-2:], atol=1e-9)
+    np.testing.assert_allclose(problem.task().q_start, problem.start, atol=1e-8)
+    assert arm.said == []
+
+    before = problem.start.copy()
+    studio.posing.drag(grip, st.Pose(X.R, [2.0, 2.0, 0.1]), False)
+    arm.until(lambda: not studio.posing._dragged)
+    reached = problem.model.body_poses(problem.start)["robot/hand"].p
+    assert np.linalg.norm(reached - [0, 0, 0.1]) > 0.5 and np.all(np.abs(problem.start[-2:]) <= 2), "it stretches"
+    assert "out of reach" in pose.posture.content and f"a {problem.start[-2]:.3f}" in pose.posture.content
+    studio.posing.drag(grip, st.Pose(X.R, [2.0, 2.0, 0.1]), True)
+    arm.until(lambda: not studio.posing._dragged)
+    at = problem.model.body_poses(problem.start)["robot/hand"].p
+    np.testing.assert_allclose(studio.stage._gizmos[grip][0].position, at, atol=1e-9, err_msg="and the handle comes back to it")
+
+    arm.press("undo")
+    np.testing.assert_allclose(problem.start, before)
+    arm.press("undo")
+    np.testing.assert_allclose(problem.start, given, err_msg="the five steps were one drag")
+    arm.press("undo")
+    assert not problem.start_moved and pose.undo.disabled
+
+
+def test_hand_that_is_dragged_away_from_another_scene_moves_nothing(arm: Driven) -> None:
+    problem = arm.studio.posing.problem
+    arm.studio.posing.drag(Grip(link="robot/hand", turns=False), st.Pose(np.eye(3), [0.1, 0.1, 0.1]), True)
+    arm.studio.posing.drag(Grip(link="robot/nobody"), st.Pose(np.eye(3), [0.1, 0.1, 0.1]), True)
+    arm.until(lambda: not arm.studio.posing._dragged)
+    assert not problem.start_moved and arm.said == [], "what has no handle is not dragged"
+
+
+def test_links_are_placed_from_python(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(ARM)
+    model = Problem.of_scene(tmp_path / "arm.xml", tmp_path).model
+    q = model.neutral()
+    placed = st.place_links(model, q, {"hand": [0.3, 0.2, 0.1]})
+    assert placed.status == st.Status.Solved and placed.position < 1e-6 and placed.pair == -1
+    np.testing.assert_allclose(model.body_poses(placed.q)["robot/hand"].p, [0.3, 0.2, 0.1], atol=1e-6)
+    for poses, message in (({"nobody": [0, 0, 0]}, "got 'nobody', which 0 links are"), ({"hand": [0, 0]}, r"poses\['hand'\]")):
+        with pytest.raises(st.InvalidInput, match=message):
+            st.place_links(model, q, poses)

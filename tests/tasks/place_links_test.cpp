@@ -5,7 +5,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
+#include <numbers>
 
+#include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
@@ -130,6 +132,64 @@ TEST(PlaceLinks, PosesOfAnIiwa_AreReached) {
     EXPECT_LT((pose_at(model, placed.q, link).R - X.R).norm(), 1e-6);
   }
   EXPECT_GE(reached, 3);
+}
+
+/// A tip that is dragged around a circle, each posture from the one before: no joint leaps, not even where another posture would be nearer
+/// to the first one, and none leaves its limits.
+TEST(PlaceLinks, LinkThatIsDraggedInACircle_TakesItsJointsAlong) {
+  const auto model = make_arm("fixed: [{name: post, shapes: [{cylinder: {radius: 0.02, length: 0.2}, pose: {position: [0.15, 0, 0]}}]}]\n");
+  const int tip = body_of(*model, "arm/tip");
+  VectorXd q = (VectorXd(3) << 0.5, -0.8, 0.9).finished();
+  const Vector3d p = pose_at(*model, q, tip).p;
+  for (int k = 1; k <= 120; ++k) {
+    const double angle = 2 * std::numbers::pi * k / 60;
+    const Vector3d step = 0.1 * Vector3d(std::cos(angle) - 1, std::sin(angle), 0);
+    const LinkTarget target{.body = tip, .p_WB = p + step};
+    const PlacedLinks placed = place_links(*model, q, {&target, 1}, {.postures = 1, .overlap = true});
+    ASSERT_EQ(placed.status, Status::Solved) << k;
+    EXPECT_LT((placed.q - q).cwiseAbs().maxCoeff(), 0.5) << k << ": the other elbow is more than a radian away";
+    EXPECT_LE((placed.q.array().abs() - 2).maxCoeff(), 0) << "limits";
+    q = placed.q;
+  }
+}
+
+/// Out of reach the arm stretches towards the hand that drags it, does not swing there, and no joint leaves its limits.
+TEST(PlaceLinks, LinkThatIsDraggedTooFar_IsAsNearAsItGets) {
+  const auto model = make_arm();
+  const LinkTarget target{.body = body_of(*model, "arm/tip"), .p_WB = {0.8, 0.6, 0}};
+  const VectorXd stretched = (VectorXd(3) << std::atan2(0.6, 0.8), 0, 0).finished();
+  PlacedLinks placed{.q = VectorXd::Constant(3, 0.2)};
+  for (int tick = 0; tick < 3; ++tick) {
+    placed = place_links(*model, VectorXd(placed.q), {&target, 1}, {.postures = 1, .overlap = true});
+    EXPECT_EQ(placed.status, Status::MaxIterations);
+    EXPECT_NEAR(placed.position, 0.25, 1e-3) << tick;
+    EXPECT_LT((placed.q - stretched).cwiseAbs().maxCoeff(), 0.05) << tick;
+  }
+}
+
+TEST(PlaceLinks, OverlapThatIsAllowed_IsNotInTheWay) {
+  const auto model = make_arm("fixed: [{name: post, shapes: [{cylinder: {radius: 0.05, length: 0.2}, pose: {position: [0.3, 0, 0]}}]}]\n");
+  const LinkTarget inside{.body = body_of(*model, "arm/tip"), .p_WB = {0.3, 0.01, 0}};
+  EXPECT_EQ(place_links(*model, VectorXd::Constant(3, 0.5), {&inside, 1}, {.overlap = true}).status, Status::Solved);
+}
+
+TEST(PlaceLinks, BadInput_IsNamed) {
+  const auto model = make_arm();
+  const auto message = [&](const VectorXd& q, const LinkTarget& target, const PlaceLinksOptions& options) -> std::string {
+    try {
+      (void)place_links(*model, q, {&target, 1}, options);
+    } catch (const core::InvalidInput& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const LinkTarget tip{.body = body_of(*model, "arm/tip")};
+  EXPECT_EQ(message(VectorXd::Zero(3), {.body = body_of(*model, "arm/base")}, {}),
+            "link: got 'arm/base', expected a link that joints of a robot move");
+  EXPECT_NE(message(VectorXd::Zero(2), tip, {}).find("q"), std::string::npos);
+  EXPECT_EQ(message(VectorXd::Zero(3), tip, {.postures = 0}), "postures: got 0, expected an integer ≥ 1");
+  EXPECT_EQ(message(VectorXd::Zero(3), {.body = tip.body, .p_WB = Vector3d::Constant(NAN)}, {}),
+            "pose of 'arm/tip': got numbers that are not finite, expected finite ones");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 """Robot motion through contact."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 import enum
 import os
 import pathlib
@@ -470,6 +470,103 @@ class Model:
     def __copy__(self) -> Self: ...
 
     def __deepcopy__(self, memo: object, /) -> Self: ...
+
+class Visual:
+    """What is seen of a body."""
+
+    @property
+    def body(self) -> int: ...
+
+    @property
+    def X_BV(self) -> Pose: ...
+
+    @property
+    def shape(self) -> dict[str, object] | None:
+        """as Geometry.shape; None: a mesh"""
+
+    @property
+    def mesh(self) -> int | None:
+        """index into Visuals.meshes; None: a shape"""
+
+    @property
+    def color(self) -> Annotated[NDArray[numpy.float64], dict(shape=(4), order='C')]:
+        """red, green, blue, opacity in [0, 1]"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class Visuals:
+    """Pictures of a scene, as its files show it."""
+
+    @property
+    def visuals(self) -> list[Visual]: ...
+
+    @property
+    def meshes(self) -> list[tuple[Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C')], Annotated[NDArray[numpy.int32], dict(shape=(None, 3), order='C')]]]:
+        """vertices (n, 3) [m] and triangles (m, 3) of each"""
+
+    @property
+    def notes(self) -> list[str]:
+        """what is left out, one sentence each"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+def read_visuals(model: Model) -> Visuals:
+    """
+    Pictures of links and objects as the files of the robots show them: <visual> elements of a URDF, visible geoms of an MJCF. What cannot be read is left out with a note. Bodies that no file shows have none: their geometries stand for them.
+    """
+
+class PlacedLinks:
+    """Joints with which links have poses."""
+
+    @property
+    def status(self) -> Status:
+        """
+        Solved; MaxIterations: no posture inside the limits has the poses; NumericalFailure: those that have them overlap something
+        """
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """the posture that was found, else the nearest to one (n_q)"""
+
+    @property
+    def position(self) -> float:
+        """how far a link is from where it is to be there, at most [m]"""
+
+    @property
+    def angle(self) -> float:
+        """the same of its orientation [rad]"""
+
+    @property
+    def pair(self) -> int:
+        """index into Model.pairs of what overlaps most, or -1"""
+
+    @property
+    def depth(self) -> float:
+        """by how much [m]"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+def place_links(model: Model, q: numpy.typing.ArrayLike, poses: Mapping[str, Pose | numpy.typing.ArrayLike], *, postures: int = 96, overlap: bool = False) -> PlacedLinks:
+    """
+    Joints with which links have poses, nearest to those of q, inside their limits and without overlap. Objects stay.
+
+      poses: by name of the link ("robot/link", or "link" where one robot has it) its Pose X_WB, or its position (3) alone.
+      postures: that the search starts from; 1 starts from q alone, which is fast, and what a link wants that is dragged: no joint leaps.
+      overlap: postures in which something overlaps are as good as others.
+
+        >>> task = st.load_task("iiwa_bimanual_box")
+        >>> hand = "left/link_7"
+        >>> X = task.model.body_poses(task.q_start)[hand]
+        >>> placed = st.place_links(task.model, task.q_start, {hand: st.Pose(X.R, X.p + [0, 0, 0.05])})
+        >>> placed.status.name, bool(abs(task.model.body_poses(placed.q)[hand].p - X.p)[2] > 0.049)
+        ('Solved', True)
+    """
 
 class ContactImpulse:
     """

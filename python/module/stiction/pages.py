@@ -33,11 +33,21 @@ def _viewer(name: str) -> ModuleType:
     return import_module(f"{PACKAGE}.{name}")
 
 
-def _load(shown: Plan | Task) -> Any:
-    """What the viewer draws, read from the text of the plan's file."""
+def _plan_of(shown: Plan | Task) -> Plan:
     if not isinstance(shown, (Plan, Task)):
         raise InvalidInput(f"shown: got {type(shown).__name__}, expected a Plan or a Task")
-    plan = shown.as_plan() if isinstance(shown, Task) else shown
+    return shown.as_plan() if isinstance(shown, Task) else shown
+
+
+def _dressed(shown: Plan | Task) -> tuple[Any, Any]:
+    """What the viewer draws, and how its bodies look."""
+    plan = _plan_of(shown)
+    return _viewer("dress").of_plan(_load(plan), plan)
+
+
+def _load(shown: Plan | Task) -> Any:
+    """What the viewer draws, read from the text of the plan's file."""
+    plan = _plan_of(shown)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "plan.json"
         plan.write(file)
@@ -69,7 +79,7 @@ def show(shown: Plan | Task, *, height: int = 480) -> Page:
         >>> st.show(st.load_task("planar_pushing"))._repr_html_()[:16]
         '<iframe srcdoc="'
     """
-    return Page(_viewer("scene").make_page(_load(shown)), height)
+    return Page(_viewer("scene").make_page(*_dressed(shown)), height)
 
 
 def view(shown: Plan | Task, *, html: str | Path | None = None, port: int = 8080) -> Path | None:
@@ -85,12 +95,12 @@ def view(shown: Plan | Task, *, html: str | Path | None = None, port: int = 8080
     """
     if html is not None:
         require_folder(Path(html))
-    drawn = _load(shown)
+    drawn, looks = _dressed(shown)
     scene = _viewer("scene")
     if html is not None:
-        return write_whole(Path(html), lambda file: file.write_text(scene.make_page(drawn), encoding="utf-8"))
+        return write_whole(Path(html), lambda file: file.write_text(scene.make_page(drawn, looks), encoding="utf-8"))
     try:
-        scene.serve(drawn, port)
+        scene.serve(drawn, port, looks)
     except KeyboardInterrupt:
         pass
     return None

@@ -18,7 +18,7 @@ from .jobs import Job
 from .limits import limit_uploads
 from .options import Options
 from .own_files import OwnFiles
-from .panel import POSE, Panel, Handlers
+from .panel import POSE, SEEN, Panel, Handlers
 from .picture import Pictures
 from .planning import Planning
 from .posing import Posing
@@ -57,7 +57,7 @@ class Studio:
 
     def _connect(self) -> None:
         """Every control by its name in the panel."""
-        self.handlers.add(pick=self.pick, view=self.choose_view, seed=self.read_seed, reset=self.reset)
+        self.handlers.add(pick=self.pick, view=self.choose_view, seen=self.choose_seen, undo=self.posing.undo, seed=self.read_seed, reset=self.reset)
         self.handlers.add(handle=self.posing.choose_handle, goal=self.posing.read_goal, start=self.posing.read_start, joints=self.posing.read_joints)
         self.handlers.add(any_turn=self.posing.read_any_turn, keyframe=self.posing.choose_keyframe, goal_of=self.choose_goal_object)
         self.handlers.add(options=self.options.read, options_reset=self.options.reset)
@@ -109,6 +109,9 @@ class Studio:
             raise ValueError("pose: a scenario is shown; open a task")
         self.posing.show()
 
+    def choose_seen(self) -> None:
+        self.stage.show_as(self.panel.head.seen.value == SEEN)
+
     def read_seed(self) -> None:
         if self.planning.read_seed():
             self._say_command()
@@ -154,8 +157,10 @@ class Studio:
     def take(self, problem: Problem) -> None:
         """A task to pose and to plan."""
         self.work.drop()
-        self.panel.head.describe(problem.about, problem.model.notes)
-        self.posing.open(problem, Pictures(problem.model))
+        pictures = Pictures(problem.model)
+        self.panel.head.describe(problem.about, [*problem.model.notes, *pictures.looks().notes])
+        self.panel.head.seen.visible = bool(pictures.looks())
+        self.posing.open(problem, pictures)
         self.options.open(problem)
         self.planning.open()
         self.running.open()
@@ -168,4 +173,5 @@ class Studio:
         self.posing.close()
         self.options.open(None)
         self.showing.show_scenario(job.result)
-        self.panel.head.describe(job.result.words)
+        self.panel.head.describe(job.result.words, job.result.pictures.looks().notes)
+        self.panel.head.seen.visible = bool(job.result.pictures.looks())

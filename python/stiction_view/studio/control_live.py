@@ -31,7 +31,7 @@ class ControlLive:
         self._sample = self.loop.tick()
         self.pictures = Pictures(self.model)
         plan = self.pictures.plan(np.array(self.loop.q), st.Pose(np.eye(3), np.zeros(3)), 0, scenario.name)
-        self.drawing = drawing = Drawing(server, plan, root=root, rods=self.pictures.rods(), with_goal=False)
+        self.drawing = drawing = Drawing(server, plan, root=root, rods=self.pictures.rods(), with_goal=False, looks=self.pictures.looks())
         drawing.label.visible = False
         self.view = choose_view(plan, body_meshes(plan, {}), drawing.frames)
         self.forces, self.hand = self._arrows(f"{root}/contacts", FORCE), self._arrows(f"{root}/hand", HAND)

@@ -16,6 +16,8 @@ Post = Callable[[Callable[[], None]], None]
 NOTHING = "nothing"
 AS_GIVEN = "as given"
 POSE, RESULT = "pose", "result"
+SEEN, TOUCHES = "what is seen", "what touches"
+Range = tuple[float, float] | None
 CHART_HEIGHT = 130  # [px]
 BLUE, RED, ORANGE, GREEN = "#2a6fd6", "#ce184a", "#ee7e24", "#26a05c"
 
@@ -59,6 +61,7 @@ class HeadControls:
         self.notes_folder = gui.add_folder("Read otherwise than written", expand_by_default=False, visible=False)
         with self.notes_folder:
             self.notes = gui.add_markdown("")
+        self.seen = handlers.on_update(gui.add_dropdown("Draw", (SEEN, TOUCHES), visible=False, hint="Bodies as their files show them, or the shapes that the planner lets touch"), "seen")
         self.message = gui.add_markdown("", visible=False)
 
     def describe(self, text: str, notes: Sequence[str] = ()) -> None:
@@ -135,7 +138,9 @@ class PoseControls:
     def __init__(self, gui: viser.GuiApi, handlers: Handlers):
         self._gui, self._handlers = gui, handlers
         self.faults = gui.add_markdown("")
-        self.handle = handlers.on_update(gui.add_dropdown("Drag", (NOTHING,), hint="What the arrows and rings in the scene move"), "handle")
+        self.handle = handlers.on_update(gui.add_dropdown("Drag", (NOTHING,), hint="What the arrows and rings in the scene move. A click on a link takes that link: its joints follow"), "handle")
+        self.posture = gui.add_markdown("", visible=False)
+        self.undo = handlers.on_click(gui.add_button("Undo", disabled=True, hint="Start and goal before the last drag or number"), "undo")
         self.keyframe = handlers.on_update(gui.add_dropdown("Start at", (AS_GIVEN,), visible=False, hint="A keyframe of the scene"), "keyframe")
         self.goal_of = handlers.on_update(gui.add_dropdown("Goal of", (NOTHING,), visible=False, hint="Which object is to be moved"), "goal_of")
         self.goal_folder = gui.add_folder("Goal (green)")
@@ -148,17 +153,24 @@ class PoseControls:
         self.start: list[viser.GuiNumberHandle[float]] = []
         self.joints: list[viser.GuiSliderHandle[float]] = []
 
-    def fill_goal(self, names: Sequence[str], values: Sequence[float], step: float) -> None:
-        self.goal = self._fill(self.goal_folder, self.goal, names, values, step, "goal")
+    def fill_goal(self, names: Sequence[str], values: Sequence[float], step: float, ranges: Sequence[Range]) -> None:
+        """A number for each; a slider where it has a range."""
+        self.goal = self._fill(self.goal_folder, self.goal, names, values, step, ranges, "goal")
 
-    def fill_start(self, names: Sequence[str], values: Sequence[float], step: float) -> None:
-        self.start = self._fill(self.start_folder, self.start, names, values, step, "start")
+    def fill_start(self, names: Sequence[str], values: Sequence[float], step: float, ranges: Sequence[Range]) -> None:
+        self.start = self._fill(self.start_folder, self.start, names, values, step, ranges, "start")
 
-    def _fill(self, folder: viser.GuiFolderHandle, old: list[Any], names: Sequence[str], values: Sequence[float], step: float, name: str) -> list[Any]:
+    def _fill(self, folder: viser.GuiFolderHandle, old: list[Any], names: Sequence[str], values: Sequence[float], step: float, ranges: Sequence[Range], name: str) -> list[Any]:
         for handle in old:
             handle.remove()
         with folder:
-            return [self._handlers.on_update(self._gui.add_number(n, float(v), step=0.01 if "rad" in n else step), name) for n, v in zip(names, values)]
+            return [self._handlers.on_update(self._number(n, float(v), 0.01 if "rad" in n else step, r), name) for n, v, r in zip(names, values, ranges)]
+
+    def _number(self, label: str, value: float, step: float, limits: Range) -> Any:
+        if limits is None:
+            return self._gui.add_number(label, value, step=step)
+        low, high = limits
+        return self._gui.add_slider(label, low, high, (high - low) / 500, float(np.clip(value, low, high)))
 
     def fill_joints(self, names: Sequence[str], ranges: Sequence[tuple[float, float]], values: Sequence[float], units: Sequence[str]) -> None:
         for handle in self.joints:

@@ -11,6 +11,7 @@ import stiction as st
 
 from .. import links
 from ..drawing import Rods
+from ..looks import Looks, read_looks
 from ..plan import Body, Contact, Geometry, Plan, Pose, read_plan_object
 
 BONE = 0.012  # thickness of a link that nothing can touch, of the reach of its robot
@@ -86,6 +87,17 @@ class Pictures:
         self.bodies, self.geometries, self.moving = read_bodies(model)
         self.joints = {name: joint_of(model, i) for i, name in enumerate(model.object_names)}
         self._rods: Rods | None = None
+        self._looks: Looks | None = None
+
+    def looks(self) -> Looks:
+        """What the files of the robots show."""
+        if self._looks is None:
+            self._looks = read_looks(self.model)
+        return self._looks
+
+    def body_of(self, index: int) -> int | None:
+        """The number among `bodies` of an object; None: it has no shape."""
+        return next((i for i, body in enumerate(self.bodies) if body.kind == "object" and body.name == self.model.object_names[index]), None)
 
     def poses(self, q: np.ndarray) -> np.ndarray:
         """Configurations (n, n_q) → (n, moving bodies, 7)."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -78,8 +79,8 @@ def chain(model: st.Model, index: int) -> list[int]:
 
 
 def numbers(values: Any) -> list[float]:
-    """As short as reads back to the same place: a nanometre, a nanoradian."""
-    return [float(f"{x:.9g}") + 0.0 for x in np.asarray(values, dtype=float)]
+    """As short as reads back to the same place: a nanometre, a nanoradian. What rounding leaves of 0 is 0."""
+    return [round(float(f"{x:.9g}"), 12) + 0.0 for x in np.asarray(values, dtype=float)]
 
 
 def names_of(model: st.Model, index: int) -> list[str]:
@@ -99,6 +100,15 @@ def numbers_of(model: st.Model, q: np.ndarray, index: int) -> list[float]:
     return numbers(np.concatenate([q[i.q_begin : i.q_begin + i.n_q] for i in parts]))
 
 
+def ranges_of(model: st.Model, index: int) -> list[tuple[float, float] | None]:
+    """Limits of own_numbers(); None where one has none."""
+    info = model.objects[index]
+    if info.n_q == 7:
+        return [None] * 6
+    limits = [(float(dof.lower), float(dof.upper)) for dof in model.dofs[info.v_begin : info.v_begin + info.n_v]]
+    return [limit if np.isfinite(limit).all() and limit[0] < limit[1] else None for limit in limits]
+
+
 def with_numbers(model: st.Model, q: np.ndarray, index: int, values: Sequence[float]) -> np.ndarray:
     """q with numbers_of() an object, hinges and sliders inside their limits."""
     if model.objects[index].n_q == 7:
@@ -110,6 +120,33 @@ def with_numbers(model: st.Model, q: np.ndarray, index: int, values: Sequence[fl
             dof = model.dofs[info.v_begin + k]
             out[info.q_begin + k] = np.clip(next(given), dof.lower, dof.upper) if info.n_v == 1 else next(given)
     return out
+
+
+def own_names(model: st.Model, index: int) -> list[str]:
+    """What own_numbers() are, with units."""
+    return names_of(model, index)[-len(own_numbers(model, model.neutral(), index)) :]
+
+
+def own_numbers(model: st.Model, q: np.ndarray, index: int) -> list[float]:
+    """x y z roll pitch yaw of a free object, the coordinates of any other without those of what it hangs on."""
+    info = model.objects[index]
+    return numbers_of(model, q, index)[-(6 if info.n_q == 7 else info.n_q) :]
+
+
+def with_own_numbers(model: st.Model, q: np.ndarray, index: int, values: Sequence[float]) -> np.ndarray:
+    """q with own_numbers() of an object."""
+    return with_numbers(model, q, index, [*numbers_of(model, q, index)[: -len(values)], *values])
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Start and goal as they were."""
+
+    start: np.ndarray
+    goal: np.ndarray
+    start_moved: bool
+    moved_goals: frozenset[int]
+    any_turn: bool
 
 
 class Problem:
@@ -164,15 +201,36 @@ class Problem:
         """Start, goal and options of the task."""
         self.start = np.array(self.given.q_start)
         self.goal = np.concatenate([self.given.q_goal, self.start[self.model.n_qu :]])
-        self.start_moved = self.goal_moved = False
+        self.start_moved = False
+        self.moved_goals: set[int] = set()  # objects whose goals are other than the task's
         self.any_turn = self.given_any_turn()
         self.options: dict[str, Any] = {}
 
     # ---- changes ----
 
+    def snapshot(self) -> Snapshot:
+        return Snapshot(self.start.copy(), self.goal.copy(), self.start_moved, frozenset(self.moved_goals), self.any_turn)
+
+    def restore(self, was: Snapshot) -> None:
+        self.start, self.goal = was.start.copy(), was.goal.copy()
+        self.start_moved, self.moved_goals, self.any_turn = was.start_moved, set(was.moved_goals), was.any_turn
+
+    @property
+    def goal_moved(self) -> bool:
+        return bool(self.moved_goals)
+
     @property
     def goal_object(self) -> int:
         return self.given.goal.object
+
+    @property
+    def goal_objects(self) -> list[int]:
+        """All that the goal names."""
+        return list(self.given.goal_objects)
+
+    def goal_parts(self) -> list[int]:
+        """These, and what they hang on."""
+        return sorted({i for leaf in self.given.goal_objects for i in chain(self.model, leaf)})
 
     @property
     def can_turn_freely(self) -> bool:
@@ -215,17 +273,37 @@ class Problem:
         self.start = place(self.model, self.start, index, X_WB)
         self.start_moved = True
 
-    def set_goal(self, X_WB: st.Pose) -> None:
-        self.goal = place(self.model, self.goal, self.goal_object, X_WB)
-        self.goal_moved = True
+    def set_goal(self, X_WB: st.Pose, index: int | None = None) -> None:
+        """Of an object that the goal names; None: of the one that it is named after."""
+        index = self.goal_object if index is None else index
+        self.goal = place(self.model, self.goal, index, X_WB)
+        self.moved_goals.add(index)
+
+    def goal_names(self) -> list[str]:
+        """Of goal_numbers(), with units, and the objects' names where there are several free ones."""
+        parts = self.goal_parts()
+        several = sum(self.model.objects[i].n_q == 7 for i in parts) > 1
+        return [f"{self.model.object_names[i]} {name}" if several and self.model.objects[i].n_q == 7 else name for i in parts for name in own_names(self.model, i)]
 
     def goal_numbers(self) -> list[float]:
-        """See numbers_of()."""
-        return numbers_of(self.model, self.goal, self.goal_object)
+        """own_numbers() of goal_parts()."""
+        return [x for i in self.goal_parts() for x in own_numbers(self.model, self.goal, i)]
 
     def set_goal_numbers(self, values: Sequence[float]) -> None:
-        self.goal = with_numbers(self.model, self.goal, self.goal_object, values)
-        self.goal_moved = True
+        """goal_numbers(); what differs is moved."""
+        given = list(values)
+        for i in self.goal_parts():
+            before = own_numbers(self.model, self.goal, i)
+            own, given = given[: len(before)], given[len(before) :]
+            if np.abs(np.subtract(own, before)).max() > 1e-9:
+                self.goal = with_own_numbers(self.model, self.goal, i, own)
+                self.moved_goals.add(i)
+
+    def drag_link(self, name: str, X_WB: st.Pose, turns: bool) -> st.PlacedLinks:
+        """Joints of the start with which a link is where it was dragged to, or as near to it as it gets, nearest to those that they are. Raises stiction.InvalidInput."""
+        placed = st.place_links(self.model, self.start, {name: X_WB if turns else X_WB.p}, postures=1, overlap=True)
+        self.start, self.start_moved = np.array(placed.q), True
+        return placed
 
     def set_start_numbers(self, index: int, values: Sequence[float]) -> None:
         self.start = with_numbers(self.model, self.start, index, values)
@@ -257,16 +335,19 @@ class Problem:
         return set(self.spec) <= {"base", "name"} and not self.start_moved
 
     def _goal_values(self) -> list[float | None]:
-        """What set_goal() takes; a coordinate that may be anything is None. Of several objects those beside the first one keep what the task leaves open."""
+        """What set_goal() takes; a coordinate that may be anything is None. Objects that were not moved keep what the task leaves open, and those that were may still turn as they may there."""
         model, given, values = self.model, self.given.goal.open, list[float | None]()
-        for i in sorted({i for leaf in self.given.goal_objects for i in chain(model, leaf)}):
+        for i in self.goal_parts():
             info = model.objects[i]
-            own: list[float | None] = list(numbers_of(model, self.goal, i)[-info.n_v :])
-            if i == self.goal_object and self.any_turn:
-                own[3:] = [None] * 3
-            elif i not in chain(model, self.goal_object) and given:
-                own = [None if free else x for x, free in zip(own, given[info.v_begin : info.v_begin + info.n_v])]
-            values += own
+            own: list[float | None] = list(own_numbers(model, self.goal, i))
+            free = list(given[info.v_begin : info.v_begin + info.n_v]) if given else [False] * info.n_v
+            if i == self.goal_object:
+                free = [False] * 3 + [self.any_turn] * 3 if info.n_q == 7 else [False] * info.n_v
+            elif i in chain(model, self.goal_object):
+                free = [False] * info.n_v
+            elif i in self.moved_goals:
+                free = [False] * 3 + free[3:] if info.n_q == 7 else [False] * info.n_v
+            values += [None if any_value else x for x, any_value in zip(own, free)]
         return values
 
     def _goal_is_given(self) -> bool:

@@ -101,7 +101,9 @@ void look_at_tolerances(const Task& task, std::vector<Finding>& out) {
 void lint_numbers(const Task& task, std::vector<Finding>& out) {
   const YamlNode& root = task.document;
   if (root.is_map()) {  // a copy of a task has no file
-    for (const char* section : {"start", "goal", "scene"}) walk(root.at(section), out);
+    for (const char* section : {"start", "goal", "scene"}) {
+      if (const auto node = root.find(section)) walk(*node, out);  // a scene of others may bring the start
+    }
   }
   look_at_coordinates(task, "start", task.problem.q_start, out);
   look_at_coordinates(task, "goal", task.problem.q_goal, out);

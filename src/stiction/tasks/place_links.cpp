@@ -1,5 +1,7 @@
 #include "stiction/tasks/place_links.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,6 +9,7 @@
 #include <limits>
 
 #include "stiction/contact/contact.hpp"
+#include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/world/point_jacobian.hpp"
 #include "stiction/world/scales.hpp"
@@ -18,7 +21,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using world::Model;
 
-constexpr int kPostures = 96;    // that the search starts from
 constexpr int kEnough = 8;       // postures without overlap, of which the nearest is taken
 constexpr int kSteps = 200;      // of each
 constexpr double kDone = 1e-7;   // [m, rad]
@@ -26,8 +28,8 @@ constexpr double kRange = 3.14;  // of a joint without limits, to either side [r
 
 class LinkPlacer {
  public:
-  LinkPlacer(const Model& model, const VectorXd& q, std::span<const LinkTarget> targets)
-      : model_(model), q0_(q), targets_(targets), work_(model), contact_work_(model) {
+  LinkPlacer(const Model& model, const VectorXd& q, std::span<const LinkTarget> targets, const PlaceLinksOptions& options)
+      : model_(model), q0_(q), targets_(targets), options_(options), work_(model), contact_work_(model) {
     for (const LinkTarget& target : targets_) rows_ += target.R_WB ? 6 : 3;
     J_.resize(rows_, model.n_a());
     e_.resize(rows_);
@@ -39,9 +41,9 @@ class LinkPlacer {
     best.q = q0_;
     best.position = best.angle = std::numeric_limits<double>::infinity();
     double nearest = std::numeric_limits<double>::infinity();
-    for (int i = 0, found = 0; i < kPostures && found < kEnough; ++i) {
-      PlacedLinks next = descend(draw(random, static_cast<double>(i) / kPostures));
-      if (next.status != core::Status::MaxIterations) judge(next);
+    for (int i = 0, found = 0; i < options_.postures && found < kEnough; ++i) {
+      PlacedLinks next = descend(i == 0 ? q0_ : draw(random, static_cast<double>(i) / options_.postures));
+      if (next.status != core::Status::MaxIterations && !options_.overlap) judge(next);
       const double far = (next.q - q0_).squaredNorm();
       if (next.status == core::Status::Solved) ++found;
       if (!is_better(next, far, best, nearest)) continue;
@@ -63,7 +65,6 @@ class LinkPlacer {
 
   VectorXd draw(core::Random& random, double share) const {
     VectorXd q = q0_;
-    if (share == 0) return q;
     for (int j = 0; j < model_.n_a(); ++j) {
       double& value = q[model_.n_qu() + j];
       const double lower = std::max(model_.lower()[j], value - kRange), upper = std::min(model_.upper()[j], value + kRange);
@@ -138,7 +139,9 @@ class LinkPlacer {
       // Where the arm is all but stretched, long steps towards the given joints keep it from arriving, and at last any.
       const double near = k < kSteps / 10 ? 1.0 : k < 3 * kSteps / 4 ? 0.1 * kSteps / k : 0.0;
       VectorXd step = calc_step(at.q, std::max(kLeastDamping, 0.1 * std::min(error, 1.0)), near);
-      if (const double most = step.cwiseAbs().maxCoeff(); most > kLongest) step *= kLongest / most;
+      // Of a pose out of reach, steps as long as ever would swing around the stretched arm: they become shorter towards the end.
+      const double longest = kLongest * std::min(1.0, 4.0 * (kSteps - k) / kSteps);
+      if (const double most = step.cwiseAbs().maxCoeff(); most > longest) step *= longest / most;
       moved = step.cwiseAbs().maxCoeff();
       auto joints = at.q.tail(model_.n_a());
       joints = (joints + step).cwiseMax(model_.lower()).cwiseMin(model_.upper());
@@ -169,6 +172,7 @@ class LinkPlacer {
   const Model& model_;
   const VectorXd& q0_;
   std::span<const LinkTarget> targets_;
+  const PlaceLinksOptions& options_;
   world::KinematicsWorkspace work_;
   contact::Workspace contact_work_;
   world::Kinematics kinematics_{};
@@ -180,8 +184,30 @@ class LinkPlacer {
 
 }  // namespace
 
-PlacedLinks place_links(const Model& model, const VectorXd& q, std::span<const LinkTarget> targets) {
-  return LinkPlacer(model, q, targets).solve();
+std::vector<int> find_links(const Model& model, std::string_view name) {
+  std::vector<int> found;
+  const std::string ending = fmt::format("/{}", name);
+  for (const world::Link& link : model.links()) {
+    const world::Body& body = model.bodies()[static_cast<std::size_t>(link.body)];
+    if (!body.dofs.empty() && (body.name == name || body.name.ends_with(ending))) found.push_back(link.body);
+  }
+  return found;
+}
+
+PlacedLinks place_links(const Model& model, const VectorXd& q, std::span<const LinkTarget> targets, const PlaceLinksOptions& options) {
+  world::require_configuration(model, "q", q);
+  if (options.postures < 1) core::throw_invalid("postures", fmt::format("{}", options.postures), "an integer ≥ 1");
+  for (const LinkTarget& target : targets) {
+    const auto bodies = model.bodies();
+    const bool known = target.body >= 0 && target.body < static_cast<int>(bodies.size());
+    const world::Body* body = known ? &bodies[static_cast<std::size_t>(target.body)] : nullptr;
+    if (body == nullptr || body->kind != world::BodyKind::Robot || body->dofs.empty())
+      core::throw_invalid("link", body != nullptr ? fmt::format("'{}'", body->name) : fmt::format("body {}", target.body),
+                          "a link that joints of a robot move");
+    if (!target.p_WB.allFinite() || (target.R_WB && !target.R_WB->allFinite()))
+      core::throw_invalid(fmt::format("pose of '{}'", body->name), "numbers that are not finite", "finite ones");
+  }
+  return LinkPlacer(model, q, targets, options).solve();
 }
 
 }  // namespace stiction::tasks

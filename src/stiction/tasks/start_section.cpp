@@ -168,15 +168,15 @@ void read_joints(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
 
 /// The body of a link, as "robot/link", or "link" where one robot has it.
 int find_link(const YamlNode& entry, const std::string& name, const Model& model) {
-  std::vector<std::string> known;
-  std::vector<int> found;
-  for (const auto& link : model.links()) {
-    const auto& body = model.bodies()[static_cast<std::size_t>(link.body)];
-    if (body.dofs.empty()) continue;
-    known.push_back(body.name);
-    if (body.name == name || body.name.ends_with("/" + name)) found.push_back(link.body);
+  const std::vector<int> found = find_links(model, name);
+  if (found.empty()) {
+    std::vector<std::string> known;
+    for (const auto& link : model.links()) {
+      const auto& body = model.bodies()[static_cast<std::size_t>(link.body)];
+      if (!body.dofs.empty()) known.push_back(body.name);
+    }
+    entry.fail_unknown("link that moves", name, known);
   }
-  if (found.empty()) entry.fail_unknown("link that moves", name, known);
   if (found.size() > 1) entry.fail(fmt::format("link '{}', which {} robots have", name, found.size()), "ROBOT/LINK");
   return found[0];
 }

@@ -14,15 +14,15 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
-#include "stiction/world/call_mujoco.hpp"
-#include "stiction/world/ellipsoid.hpp"
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/mjcf_axes.hpp"
+#include "stiction/world/mjcf_compile.hpp"
 #include "stiction/world/mjcf_motors.hpp"
 #include "stiction/world/mjcf_repair.hpp"
 #include "stiction/world/mjcf_roles.hpp"
 #include "stiction/world/mjcf_unread.hpp"
 #include "stiction/world/mjcf_view.hpp"
+#include "stiction/world/mjcf_visuals.hpp"
 #include "stiction/world/scene_sections.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
@@ -37,45 +37,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-struct Delete {
-  void operator()(mjVFS* files) const { mj_deleteVFS(files); }
-  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-using CompiledModel = std::unique_ptr<mjModel, Delete>;
-
 [[noreturn]] void fail(const std::filesystem::path& file, std::string_view got, std::string_view expected) {
   throw core::InvalidInput(fmt::format("{}: mjcf: got {}, expected {}", file.string(), got, expected));
-}
-
-/// The text stands for `file`, beside which includes and meshes are found. @param name  of the file in messages
-/// @param notes  grows by what was left out
-CompiledModel compile(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name,
-                      std::vector<std::string>& notes) {
-  mjVFS files;
-  mj_defaultVFS(&files);
-  const std::unique_ptr<mjVFS, Delete> cleared(&files);
-  if (mj_addBufferVFS(&files, file.c_str(), text.data(), static_cast<int>(text.size())) != 0)
-    fail(name, "a text that MuJoCo does not take", "an MJCF");
-  char error[1024] = "";
-  mjSpec* parsed = nullptr;
-  auto report = call_mujoco([&] { parsed = mj_parseXML(file.c_str(), &files, error, sizeof(error)); });
-  const std::unique_ptr<mjSpec, Delete> spec(parsed);
-  const auto refuse = [&](std::string said) {
-    std::replace(said.begin(), said.end(), '\n', ' ');
-    while (said.ends_with(' ')) said.pop_back();
-    fail(name, fmt::format("'{}'", said), "a file that MuJoCo compiles");
-  };
-  if (parsed == nullptr) refuse(report.failed ? report.error : error);
-  leave_out_missing_files(parsed, file.parent_path(), notes);
-  parsed->compiler.usethread = 0;  // messages of other threads would not come back with the call
-  mjModel* compiled = nullptr;
-  report = call_mujoco([&] { compiled = mj_compile(parsed, &files); });
-  if (compiled == nullptr) {
-    const char* reason = mjs_getError(parsed);
-    refuse(report.failed ? report.error : reason ? reason : "");
-  }
-  return CompiledModel(compiled);
 }
 
 Vector3d vector3(const mjtNum* p) { return {p[0], p[1], p[2]}; }
@@ -122,6 +85,7 @@ class MjcfReader : private MjcfView {
     read_excludes();
     read_configurations();
     read_places();
+    list_mjcf_visuals(*m_, roles_, file_, X_OB_, out_.robot);
     out_.gravity = vector3(m_->opt.gravity);
     return std::move(out_);
   }
@@ -455,23 +419,7 @@ class MjcfReader : private MjcfView {
   }
 
   Shape read_shape(int g) const {
-    const mjtNum* size = m_->geom_size + 3 * g;
-    switch (m_->geom_type[g]) {
-      case mjGEOM_PLANE:
-        return HalfSpace{};
-      case mjGEOM_SPHERE:
-        return Sphere{size[0]};
-      case mjGEOM_CAPSULE:
-        return Capsule{size[0], size[1]};
-      case mjGEOM_CYLINDER:
-        return Cylinder{size[0], size[1]};
-      case mjGEOM_BOX:
-        return Box{vector3(size)};
-      case mjGEOM_ELLIPSOID:
-        return Mesh{std::make_shared<const ConvexMesh>(make_ellipsoid(vector3(size)))};
-      default:
-        break;
-    }
+    if (const auto shape = read_primitive(g)) return *shape;
     const int mesh = m_->geom_dataid[g];
     const Eigen::Map<const Eigen::Matrix3Xf> vertices(m_->mesh_vert + 3 * m_->mesh_vertadr[mesh], 3, m_->mesh_vertnum[mesh]);
     try {
@@ -505,7 +453,7 @@ RobotContents read_text(const std::string& text, const std::filesystem::path& fi
                         const RobotSpec& robot) {
   require_mjcf(text, name);
   std::vector<std::string> notes;
-  const CompiledModel model = compile(text, file, name, notes);
+  const CompiledMjcf model = compile_mjcf(text, file, name, notes);
   const MjcfRoles roles(*model, robot, name);
   RobotContents out = MjcfReader(model.get(), roles, name).read();
   if (const std::string note = find_unstated_degrees(*model, text, file); !note.empty()) notes.push_back(note);

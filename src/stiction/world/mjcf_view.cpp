@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/ellipsoid.hpp"
 
 namespace stiction::world {
 namespace {
@@ -82,6 +83,26 @@ std::string MjcfView::joint_name(int joint) const {
 std::string MjcfView::describe(std::string_view element, mjtObj type, int id, std::string_view reason) const {
   const std::string name = given_name(type, id);
   return name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason);
+}
+
+std::optional<Shape> MjcfView::read_primitive(int geom) const {
+  const mjtNum* size = m_->geom_size + 3 * geom;
+  switch (m_->geom_type[geom]) {
+    case mjGEOM_PLANE:
+      return HalfSpace{};
+    case mjGEOM_SPHERE:
+      return Sphere{size[0]};
+    case mjGEOM_CAPSULE:
+      return Capsule{size[0], size[1]};
+    case mjGEOM_CYLINDER:
+      return Cylinder{size[0], size[1]};
+    case mjGEOM_BOX:
+      return Box{Eigen::Vector3d(size[0], size[1], size[2])};
+    case mjGEOM_ELLIPSOID:
+      return Mesh{std::make_shared<const ConvexMesh>(make_ellipsoid(Eigen::Vector3d(size[0], size[1], size[2])))};
+    default:
+      return std::nullopt;
+  }
 }
 
 void MjcfView::require_supported() const {

@@ -52,6 +52,9 @@ class MjcfView {
   /// The spring is linear, and there is one.
   bool has_linear_spring(int joint) const;
 
+  /// Of every kind but a mesh, a height field and a signed distance field.
+  std::optional<Shape> read_primitive(int geom) const;
+
   /// What kinematics and contacts cannot do without is there. @throws core::InvalidInput that names all the rest
   void require_supported() const;
   /// Forces beside those of servos and contacts, and free bodies that are only seen: they mean nothing here.

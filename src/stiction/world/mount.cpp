@@ -72,6 +72,11 @@ class MountReader {
     for (auto& [a, b] : contents_.excludes) a = rename(a), b = rename(b);
     for (auto& [joint, value] : contents_.as_written.joints) joint = prefixed(joint);
     for (FilePlace& place : contents_.places) place.name = prefixed(place.name), place.moved_by = rename(place.moved_by);
+    for (FileVisual& visual : tree.visuals) {
+      visual.owner = visual.owner.empty() ? tree.links[0].name : rename(visual.owner);
+      if (auto* file = std::get_if<VisualFile>(&visual.form); file != nullptr && file->file.empty()) file->file = mount_.file;
+    }
+    for (std::string& note : tree.unseen) note = fmt::format("{}: {}", mount_.file.filename().string(), note);
     for (std::string& note : tree.notes) note = fmt::format("{}: {}", mount_.file.filename().string(), note);
     if (!contents_.fixed.empty())
       tree.notes.push_back(
@@ -117,6 +122,8 @@ void mount(const RobotSpec& robot, const MountSpec& mount, RobotContents& conten
   }
   contents.as_written.joints.insert(contents.as_written.joints.end(), added.as_written.joints.begin(), added.as_written.joints.end());
   contents.robot.notes.insert(contents.robot.notes.end(), added.robot.notes.begin(), added.robot.notes.end());
+  for (FileVisual& visual : added.robot.visuals) contents.robot.visuals.push_back(std::move(visual));
+  for (std::string& note : added.robot.unseen) contents.robot.unseen.push_back(std::move(note));
   contents.sha256 = core::sha256(fmt::format("{} {} {}", contents.sha256, mount.on, added.sha256));
   graft(contents.robot, static_cast<int>(on - links.begin()), mount.X_LM, std::move(added.robot));
 }

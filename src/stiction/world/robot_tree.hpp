@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "stiction/world/scene.hpp"
@@ -23,6 +25,21 @@ struct RobotCollision {
   Pose X_LG;                         ///< geometry in link
   std::optional<double> friction{};  ///< μ, where the file states it
   ContactMask mask{};
+};
+
+/// A file with triangles that are looked at. Nothing opens it before read_visuals() does.
+struct VisualFile {
+  std::filesystem::path file;                       ///< STL, OBJ, DAE, or the MJCF that holds mesh `number`; empty: the text of the robot
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();  ///< of a mesh file
+  int number = -1;                                  ///< of a mesh of an MJCF
+};
+
+/// What the file of a robot shows of a body. See visuals.hpp.
+struct FileVisual {
+  std::string owner;  ///< link or object; empty: it stands still in the world
+  Pose X_BV{};
+  std::variant<Shape, VisualFile> form;
+  std::optional<std::array<double, 4>> color{};  ///< red, green, blue, opacity in [0, 1]; nullopt: that of the mesh file
 };
 
 struct RobotLink {
@@ -68,6 +85,8 @@ struct RobotTree {
   std::vector<RobotLink> links;
   std::vector<RobotJoint> joints;
   std::vector<std::string> notes;  ///< what was taken otherwise than it is written, one sentence each
+  std::vector<FileVisual> visuals{};
+  std::vector<std::string> unseen{};  ///< links or geoms whose pictures cannot be read, each with the reason
 
   std::vector<std::string> movable_joints() const;  ///< names of those that move by themselves, in order
 };

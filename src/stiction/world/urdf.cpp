@@ -19,6 +19,7 @@
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
+#include "stiction/world/urdf_visuals.hpp"
 #include "stiction/world/xml_reader.hpp"
 #include "stiction/world/yaml.hpp"
 
@@ -314,6 +315,7 @@ class TreeReader {
     robot.notes = source_.notes();
     const std::size_t count = links_.size();
     visit(static_cast<int>(std::find(joint_of_child_.begin(), joint_of_child_.end(), -1) - joint_of_child_.begin()), robot);
+    read_urdf_visuals(reader_, root_, source_.folder, source_.package_dirs, robot);
     if (robot.links.size() != count) reader_.fail(root_, "robot", "links that form a circle", "a tree");
     find_leaders(robot);
     find_motors(robot);

@@ -47,6 +47,7 @@ class UrdfSplitter {
       if (mover(link) == static_cast<int>(link) && role_[link] == Role::Object) add_object(link);
     }
     add_places();
+    hand_over_visuals();
     take_objects_out();
     if (!loose_.empty()) tree_.notes.push_back("joints of objects that follow others move by themselves here: " + list_some(loose_));
   }
@@ -157,7 +158,8 @@ class UrdfSplitter {
     if (joint.floating) {
       const Pose X = pose_in(link, 0);
       q.resize(7);
-      q << X.p, Eigen::Quaterniond(X.R).coeffs();
+      q.head<3>() = X.p;
+      q.tail<4>() = Eigen::Quaterniond(X.R).coeffs();
     } else {
       if (above != 0) object.parent = tree_.links[above].name;
       object.axis = joint.axis;
@@ -203,10 +205,24 @@ class UrdfSplitter {
     }
   }
 
+  /// What is seen of the links of an object is seen of the object.
+  void hand_over_visuals() {
+    for (FileVisual& visual : tree_.visuals) {
+      const auto found = std::find_if(tree_.links.begin(), tree_.links.end(), [&](const RobotLink& l) { return l.name == visual.owner; });
+      const std::size_t link = static_cast<std::size_t>(found - tree_.links.begin());
+      if (found == tree_.links.end() || role_[link] != Role::Object) continue;
+      const std::size_t top = at(mover(link));
+      visual.owner = tree_.links[top].name;
+      visual.X_BV = pose_in(link, top) * visual.X_BV;
+    }
+  }
+
   void take_objects_out() {
     RobotTree left;
     left.name = tree_.name;
     left.notes = tree_.notes;
+    left.visuals = tree_.visuals;
+    left.unseen = tree_.unseen;
     std::vector<int> number(tree_.links.size(), -1);
     for (std::size_t link = 0; link < tree_.links.size(); ++link) {
       if (role_[link] == Role::Object) continue;

@@ -68,6 +68,10 @@ class XmlReader {
     return numbers(at, attribute, required(at, attribute), 3, false);
   }
 
+  Eigen::Vector4d vector4(const XMLElement& at, const char* attribute) const {
+    return numbers(at, attribute, required(at, attribute), 4, false);
+  }
+
   Pose origin(const XMLElement& at) const {
     const XMLElement* element = at.FirstChildElement("origin");
     if (element == nullptr) return {};

@@ -1,0 +1,53 @@
+#include "stiction/world/mjcf_compile.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/call_mujoco.hpp"
+#include "stiction/world/mjcf_repair.hpp"
+
+namespace stiction::world {
+namespace {
+
+struct Delete {
+  void operator()(mjVFS* files) const { mj_deleteVFS(files); }
+  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
+};
+
+[[noreturn]] void fail_mjcf(const std::filesystem::path& file, std::string_view got, std::string_view expected) {
+  throw core::InvalidInput(fmt::format("{}: mjcf: got {}, expected {}", file.string(), got, expected));
+}
+
+}  // namespace
+
+CompiledMjcf compile_mjcf(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name,
+                          std::vector<std::string>& notes) {
+  mjVFS files;
+  mj_defaultVFS(&files);
+  const std::unique_ptr<mjVFS, Delete> cleared(&files);
+  if (mj_addBufferVFS(&files, file.c_str(), text.data(), static_cast<int>(text.size())) != 0)
+    fail_mjcf(name, "a text that MuJoCo does not take", "an MJCF");
+  char error[1024] = "";
+  mjSpec* parsed = nullptr;
+  auto report = call_mujoco([&] { parsed = mj_parseXML(file.c_str(), &files, error, sizeof(error)); });
+  const std::unique_ptr<mjSpec, Delete> spec(parsed);
+  const auto refuse = [&](std::string said) {
+    std::replace(said.begin(), said.end(), '\n', ' ');
+    while (said.ends_with(' ')) said.pop_back();
+    fail_mjcf(name, fmt::format("'{}'", said), "a file that MuJoCo compiles");
+  };
+  if (parsed == nullptr) refuse(report.failed ? report.error : error);
+  leave_out_missing_files(parsed, file.parent_path(), notes);
+  parsed->compiler.usethread = 0;  // messages of other threads would not come back with the call
+  mjModel* compiled = nullptr;
+  report = call_mujoco([&] { compiled = mj_compile(parsed, &files); });
+  if (compiled == nullptr) {
+    const char* reason = mjs_getError(parsed);
+    refuse(report.failed ? report.error : reason ? reason : "");
+  }
+  return CompiledMjcf(compiled);
+}
+
+}  // namespace stiction::world
