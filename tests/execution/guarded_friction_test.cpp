@@ -107,6 +107,24 @@ TEST_F(TurningRound, FrictionIsNoTouch_UnlessItIsNotKnown) {
   EXPECT_TRUE(alarms(VectorXd::Constant(2, 0.1), 2)) << "more than friction can be is a touch";
 }
 
+/// A touch that comes as slowly as an arm presses at a millimetre a second, on joints that stick: friction explains no more than its size.
+TEST_F(TurningRound, TouchThatComesSlowly_IsNoFriction) {
+  for (const double rise : {0.2, 0.5, 1.0}) {  // [N·m/s]
+    SCOPED_TRACE(rise);
+    sensing::TouchOnset onset(VectorXd::Zero(2),
+                              {.noise = VectorXd::Constant(2, kNoise), .friction = VectorXd::Constant(2, 0.1), .rest_rows = 100});
+    VectorXd tau = VectorXd::Zero(2);
+    double felt = 0;
+    for (int k = 0; k < 2000 && felt == 0; ++k) {
+      tau[0] = rise * k * kPeriod;
+      if (onset.update(tau, kPeriod)) felt = tau[0];
+    }
+    EXPECT_GT(felt, 0) << "never";
+    EXPECT_LT(felt, 5 * 0.1);
+    for (int k = 0; k < 400; ++k) ASSERT_TRUE(onset.update(VectorXd::Constant(2, 1), kPeriod)) << "what is held is felt";
+  }
+}
+
 TEST_F(TurningRound, WhatAJointThatSticksHides_MakesTheTouchLessSure) {
   sensing::TouchOnset onset(VectorXd::Zero(2), {.noise = VectorXd::Constant(2, kNoise), .friction = VectorXd::Constant(2, 0.1)});
   const VectorXd touch = VectorXd::Constant(2, 3);
