@@ -69,6 +69,20 @@ TEST(GuardedFriction, MotionBeforeTheMoves_FindsIt) {
   EXPECT_NEAR(out.moves[0].last_force, 5, 1);
 }
 
+/// Seeds whose moves pressed with up to 2.9 times what they asked for, as long as contacts that friction makes up bounded the command.
+TEST(GuardedFriction, ForcesStayWithinWhatIsAsked) {
+  const TouchScenario scenario = rubbing("friction_motion: 0.008\n");
+  for (const std::uint64_t seed : {2u, 7u}) {
+    SCOPED_TRACE(seed);
+    const GuardedRunResult out = run(scenario, seed);
+    EXPECT_TRUE(out.reached) << out.reason;
+    for (const MoveResult& move : out.moves) {
+      if (move.felt.empty()) continue;
+      EXPECT_LE(move.late_peak, 1.2 * 5) << move.name;
+    }
+  }
+}
+
 TEST(GuardedFriction, FrictionThatIsNotKnown_IsTakenForATouch) {
   TouchScenario scenario = rubbing("");
   scenario.moves.resize(1);
