@@ -99,7 +99,10 @@ TEST_F(Estimator, FrictionOfJointsThatStick_IsNoContact) {
   ContactEstimator told(scenario.model, options);
   VectorXd zero = VectorXd::Zero(7), stuck = push(told, "arm/link_6", 1);
   stuck *= 0.1 / stuck.cwiseAbs().maxCoeff();
-  for (int k = 0; k < 200; ++k) ASSERT_TRUE(told.update(q, zero, q, kTick).empty()), (void)plain.update(q, zero, q, kTick);
+  for (int k = 0; k < 200; ++k) {
+    ASSERT_TRUE(told.update(q, zero, q, kTick).empty());
+    (void)plain.update(q, zero, q, kTick);
+  }
   std::size_t taken_for_touch = 0, felt = 0;
   for (int k = 0; k < 20; ++k) {
     EXPECT_TRUE(told.update(q, stuck, q, kTick).empty());
