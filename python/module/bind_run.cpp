@@ -343,7 +343,7 @@ void bind_run(nb::module_& m) {
   finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
   touch_first: guarded moves that are carried out first, in the world in which the run goes on (docs/guarded_moves.md): a TouchScenario of
     this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them, and a
-    Plan that was given is carried there (E.24); where that fails the run plans anew.
+    Plan that was given is carried there (G.7); where that fails the run plans anew.
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
 

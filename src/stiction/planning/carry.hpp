@@ -5,7 +5,7 @@
 
 #include "stiction/planning/refine.hpp"
 
-// A plan that was made for things where they are not. docs/theory/refinement.md
+// A plan that was made for things where they are not. docs/guarded_moves.md
 
 namespace stiction::planning {
 
@@ -32,7 +32,7 @@ struct CarryResult {
 /// The options of a refinement that keeps a plan: its steps are as long as they are, none of its pushes goes, and nothing is searched.
 RefineOptions keep_plan(const Plan& plan);
 
-/// Carries a plan to where things are: its objects are shifted, its robots touch them at the same places (E.24), and a new path leads from where they are to its first push.
+/// Carries a plan to where things are: its objects are shifted, its robots touch them at the same places (G.7), and a new path leads from where they are to its first push.
 /// Everything is simulated anew with the exact dynamics, as in refine(): regrasps by the commands of the plan, or where those fail by a new path; pushes with feedback and
 /// iMPC where they end elsewhere. The plan counts only if the goal is reached at the sub-step and at half of it.
 /// @param model    things where they are, with the robots and objects of the plan

@@ -51,7 +51,7 @@ class Shifter {
       if (!shifts_[i].isZero()) q.segment<3>(model_.objects()[i].q_begin) += shifts_[i];
   }
 
-  /// δ (E.24) at a state of the plan. nullopt: no link is near an object. @param delta  from where to begin
+  /// δ (G.7) at a state of the plan. nullopt: no link is near an object. @param delta  from where to begin
   std::optional<VectorXd> solve(const VectorXd& q, VectorXd delta) {
     constexpr int kIterations = 20;
     constexpr double kSmall = 1e-10;
