@@ -129,10 +129,10 @@ class GuardedRun {
     lead(direction, force + behind);
   }
 
-  /// Commands of a move that feels are kAgile times as fast as it needs: the bound of a contact that noise makes up is then no kick.
+  /// With joints that stick, commands of a move that feels are kAgile times as fast as it needs: the bound of a contact that noise makes up is then no kick.
   void limit_speed(const GuardedMove& move) {
     double share = 1;
-    if (move.until) {
+    if (move.until && out_.friction) {
       const Eigen::Matrix3d G = J_.topRows<3>() * J_.topRows<3>().transpose();
       const VectorXd needed = J_.topRows<3>().transpose() * G.ldlt().solve(move.speed * move.direction_W);
       share = std::min(1.0, kAgile * needed.cwiseAbs().maxCoeff() / arm_.controller.revolute_speed);
@@ -261,7 +261,7 @@ class GuardedRun {
       }
       return feeler_.touches() && go_on_ == Status::Solved;
     };
-    const double led = std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart);  // a command that jumps kicks
+    const double led = out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart) : kStart;  // of joints that stick a jump kicks
     if (!press_for(kHold, led, kStart)) return false;
     if (!press_for(kPress, kStart, 1)) return false;
     share_ = 1;

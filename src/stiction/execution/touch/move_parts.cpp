@@ -41,9 +41,9 @@ ControlScenario make_guarded_arm(const TouchScenario& scenario, const GuardedRun
     out.observer.coulomb = run.friction->coulomb, out.observer.viscous = run.friction->viscous;
     out.observer.stiction_speed = run.friction->stiction_speed;
     out.estimator.friction = run.friction->coulomb.cwiseAbs();
+    // Nothing is pressed harder for long: noise of joints that stick is no touch near an axis.
+    out.estimator.plausible_force = std::min(out.estimator.plausible_force, kPlausible * find_largest_force(scenario.moves));
   }
-  // Nothing is pressed harder for long: noise of joints that stick is no touch near an axis.
-  out.estimator.plausible_force = std::min(out.estimator.plausible_force, kPlausible * find_largest_force(scenario.moves));
   out.observer.seed = seed;
   out.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough
   return out;
