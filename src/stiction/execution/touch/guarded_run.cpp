@@ -261,7 +261,8 @@ class GuardedRun {
       }
       return feeler_.touches() && go_on_ == Status::Solved;
     };
-    const double led = out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart) : kStart;  // of joints that stick a jump kicks
+    const double led =
+        out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart) : kStart;  // of joints that stick a jump kicks
     if (!press_for(kHold, led, kStart)) return false;
     if (!press_for(kPress, kStart, 1)) return false;
     share_ = 1;
