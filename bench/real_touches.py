@@ -114,6 +114,30 @@ def count_false_alarms(sensor, logs):
     return {"rows": rows, "alarms": alarms}
 
 
+def size_of_touch(log, before):
+    """Largest torque of each joint in the touch of a log before a time."""
+    rest = log["rest"][-1][2]
+    return np.max([np.zeros(len(rest)), *(np.abs(tau - rest) for t, _, tau in log["touched"] if t < before)], axis=0)
+
+
+def count_after_touches(sensor, logs):
+    """The same rows, with noise that grows after a touch by a share of what each joint bore in it; the share is that of the other logs, where it explains what their rows at rest are off by."""
+    left = [(name, tau - log["rest"][-1][2], size_of_touch(log, t), q, tau) for name, log in logs.items() for t, q, tau in log["rest"][:-1]]
+    rows = alarms = 0
+    shares = []
+    for name, _, size, q, tau in left:
+        within = calibrate_without(sensor.model, logs, name).within
+        others = [row for row in left if row[0] != name]
+        excess = sum(np.maximum(off[:7] ** 2 - 2 * np.diag(within)[:7], 0).sum() for _, off, touch, _, _ in others if touch.any())
+        share = excess / sum((touch**2).sum() for _, _, touch, _, _ in others)
+        shares.append(float(np.sqrt(share)))
+        noise = 2 * within + np.diag(share * size**2)
+        result = sensor.sense(q, tau, rest=logs[name]["rest"][-1][2], noise=noise, sign=-1, unmeasured=[FINGER], posterior=True)
+        rows += 1
+        alarms += result.verdict != st.Verdict.BelowThreshold
+    return {"rows": rows, "alarms": alarms, "share": [round(min(shares), 3), round(max(shares), 3)]}
+
+
 def load_arm(name):
     urdf, links = ARMS[name]
     model = st.load_model({"robots": [{"name": "robot", "urdf": urdf}]})
@@ -148,7 +172,7 @@ def simulate(name, within, drift, touches, force, seed):
         rest = offset + root @ random.normal(size=n) / np.sqrt(20)
         measured = tau + offset + root @ random.normal(size=n) + walk * random.normal(size=n)
         started = time.thread_time()
-        result = sensor.sense(q, measured, rest=rest, noise=noise, unmeasured=unmeasured, friction=0.5, posterior=True)
+        result = sensor.sense(q, measured, rest=rest, noise=noise, unmeasured=unmeasured, posterior=True, **KNOWN[force is None])
         seconds.append(time.thread_time() - started)
         named, probability = next(iter(result.posterior.links.items()))
         seen.append(result.verdict != st.Verdict.BelowThreshold)
@@ -234,6 +258,8 @@ def draw_force(random, normal, force):
 
 
 PRIOR_FORCE = 20.0
+# What the sensor is told of forces: less than how they are drawn, or, where they are of the prior, just that: a round cone, as one of 16 rays.
+KNOWN = {False: {"friction": 0.5}, True: {"friction": 0.5 / np.sqrt(2), "rays": 16, "plausible_force": PRIOR_FORCE}}
 
 
 def main():
@@ -250,12 +276,14 @@ def main():
         for whose_rest in ("own", "another log", "none"):
             out["logs"][f"{whose_rest}, seed {seed}"] = judge_logs(sensor, logs, whose_rest)
         out["logs"][f"rest rows, seed {seed}"] = count_false_alarms(sensor, logs)
+        out["logs"][f"rest rows, noise after touches, seed {seed}"] = count_after_touches(sensor, logs)
     calibration = calibrate_without(model, logs, None)
     out["noise"] = [round(float(x), 4) for x in np.sqrt(np.diag(calibration.within))[:7]]
     drift = calibration.drift.ravel() if calibration.drift is not None else np.zeros(8)
     out["drift"] = [round(float(x), 4) for x in drift[:7]]
     for name in ARMS if arguments.touches else ():
         out["touches"][f"{name}, 10 N"] = simulate(name, calibration.within, drift, arguments.touches, 10.0, 0)
+        out["touches"][f"{name}, forces of the prior"] = simulate(name, calibration.within, drift, arguments.touches, None, 0)
         out["touches"][f"{name}, 10 N, in time"] = follow(name, calibration.within, drift, arguments.touches // 5, 10.0, 0)
     print_all(out, arguments.json)
 

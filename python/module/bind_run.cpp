@@ -62,7 +62,8 @@ using TouchFirst = std::variant<std::string, std::filesystem::path, execution::T
 /// A run and what the simulated world knows of it.
 struct RunOutcome {
   RunResult result;
-  std::optional<GuardedResult> touch;  ///< guarded moves before it
+  std::optional<GuardedResult> touch;            ///< guarded moves before it
+  std::optional<planning::CarryResult> carried;  ///< a plan that was given, after them
   planning::GoalError true_error;
   double start_overlap = 0, start_moved = 0;
   double max_depth = std::numeric_limits<double>::quiet_NaN(), largest_effort = max_depth;
@@ -94,8 +95,9 @@ execution::TouchScenario scenario_of(const TouchFirst& first, const tasks::Task&
   return tasks::load_touch_scenario(file, task);
 }
 
-/// Carries out the moves and corrects the task. @returns whether the run may begin
-bool feel(const TouchFirst& first, const WorldOptions& world, const core::RunControl& control, tasks::Task& task, RunOutcome& out) {
+/// Carries out the moves and corrects the task, and a plan that was given. @returns whether the run may begin
+bool feel(const TouchFirst& first, const WorldOptions& world, const planning::PlannerOptions& planner, const core::RunControl& control,
+          tasks::Task& task, std::optional<planning::Plan>& plan, RunOutcome& out) {
   const nb::gil_scoped_release unlocked;
   const execution::TouchScenario scenario = scenario_of(first, task);
   execution::TouchRunOptions options;
@@ -104,6 +106,11 @@ bool feel(const TouchFirst& first, const WorldOptions& world, const core::RunCon
   GuardedResult& felt = out.touch.emplace();
   (void)tasks::touch_first(scenario, world, options, task, felt.result);  // the status is in the result
   name_moves(scenario, felt);
+  if (felt.result.reached && plan) {
+    planning::CarryResult& carried = out.carried.emplace();
+    const core::Status status = tasks::carry_plan(scenario, felt.result, task, *plan, planner, control, carried);
+    plan = status == core::Status::Solved ? std::optional(carried.plan) : std::nullopt;
+  }
   if (felt.result.reached) return true;
   out.result.status = felt.result.status == core::Status::Solved ? core::Status::MaxIterations : felt.result.status;
   out.result.end = RunEnd::Unfelt;
@@ -124,11 +131,11 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   if (options) planner = options_of({task.model, planner}, *options);
   planner.seed = seed.value_or(planner.seed);
   planner.threads = threads;
-  planning::Plan plan;
+  std::optional<planning::Plan> plan;
   if (given) {
     plan = tasks::to_plan(*task.model, (*given)->file);
-    task.problem.goal = plan.goal;
-    task.problem.q_start = execution::start_of(*task.model, plan);
+    task.problem.goal = plan->goal;
+    task.problem.q_start = execution::start_of(*task.model, *plan);
   }
   const int object = task.problem.goal.object;
   const WorldOptions differs = world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed);
@@ -137,7 +144,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   Watcher watcher(on_progress);
   const core::RunControl control = watcher.control(timeout_s);
   auto out = std::make_unique<RunOutcome>();
-  if (touch_first && !feel(*touch_first, differs, control, task, *out)) {
+  if (touch_first && !feel(*touch_first, differs, planner, control, task, plan, *out)) {
     watcher.rethrow();
     return out;
   }
@@ -176,7 +183,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   out->start_moved = parted.moved;
   {
     const nb::gil_scoped_release unlocked;
-    (void)execution::run(plant, task.problem, planner, how, control, out->result, given ? &plan : nullptr);  // the status is in the result
+    (void)execution::run(plant, task.problem, planner, how, control, out->result, plan ? &*plan : nullptr);  // the status is in the result
   }
   watcher.rethrow();
   own.rethrow();
@@ -235,6 +242,17 @@ void bind_parts(nb::module_& m) {
       .def_ro("end_s", &RunPiece::end_s)
       .def_ro("off", &RunPiece::off, "how far the object was off its path at the end, in tolerances of the goal")
       .def_ro("given_up", &RunPiece::given_up, "it was too far off");
+  nb::class_<planning::CarryResult>(m, "CarryResult", "What became of a plan that was given, after touch_first found things elsewhere.")
+      .def_ro("status", &planning::CarryResult::status, "Solved: it was carried there; else the run plans anew")
+      .def_ro("reason", &planning::CarryResult::reason, "why not")
+      .def_ro("pushes", &planning::CarryResult::pushes)
+      .def_ro("regrasps", &planning::CarryResult::regrasps)
+      .def_ro("reconnected", &planning::CarryResult::reconnected, "regrasps with a new path, the way to the first push among them")
+      .def_ro("led", &planning::CarryResult::led, "pushes with feedback")
+      .def_ro("corrected", &planning::CarryResult::corrected, "pushes with commands of iMPC")
+      .def_ro("steps", &planning::CarryResult::steps, "exact steps computed")
+      .def_ro("wall_s", &planning::CarryResult::wall_s)
+      .def_ro("processor_s", &planning::CarryResult::processor_s, "of all cores of the process [s]");
 }
 
 }  // namespace
@@ -253,6 +271,9 @@ void bind_run(nb::module_& m) {
       .def_prop_ro(
           "touch", [](const RunOutcome& r) { return r.touch ? &*r.touch : nullptr; }, nb::rv_policy::reference_internal,
           "what became of the moves of touch_first; None: there were none")
+      .def_prop_ro(
+          "carried", [](const RunOutcome& r) { return r.carried ? &*r.carried : nullptr; }, nb::rv_policy::reference_internal,
+          "what became of a plan that was given, with touch_first; None: there was none")
       .def_prop_ro("duration_s", of(&RunResult::duration_s), "by the clock of the plant [s]")
       .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans")
       .def_prop_ro("wall_s", of(&RunResult::wall_s))
@@ -321,7 +342,8 @@ void bind_run(nb::module_& m) {
   join: before the planner searches, the plan before is gone on with, where that leads to the goal.
   finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
   touch_first: guarded moves that are carried out first, in the world in which the run goes on (docs/guarded_moves.md): a TouchScenario of
-    this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them.
+    this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them, and a
+    Plan that was given is carried there (G.7); where that fails the run plans anew.
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
 
@@ -330,7 +352,7 @@ status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and
     >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
     >>> run.end, run.reached
     (RunEnd.TimeUp, False))");
-  def_pickle<Look, RunPlan, RunPiece, RunOutcome>();
+  def_pickle<Look, RunPlan, RunPiece, planning::CarryResult, RunOutcome>();
 }
 
 }  // namespace stiction::python

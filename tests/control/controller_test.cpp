@@ -35,6 +35,27 @@ TEST(Controller, ReferenceInsideTheWall_PredictsNoMoreThanTheBound) {
   EXPECT_LT(command.q_cmd[0], 0.3);
 }
 
+/// The rate goes before the bound of a force: a contact that appears far above its bound pushes the command out of a slow motion no faster than that.
+TEST(Controller, ShareOfTheSpeed_HoldsAgainstAContactThatJumps) {
+  for (const double share : {1.0, 0.05}) {
+    SCOPED_TRACE(share);
+    Bench bench;
+    bench.contacts.clear();
+    bench.q_ref[0] = 0.3;
+    VectorXd before;
+    for (int k = 0; k < 100; ++k) before = bench.update().q_cmd;
+    bench.contacts = Bench().contacts;
+    bench.contacts[0].force_W *= 10;
+    bench.speed_share = share;
+    const double jump = (bench.update().q_cmd - before).cwiseAbs().maxCoeff();
+    EXPECT_LE(jump, share * 1.5 * kTick + 1e-15);
+    EXPECT_GT(jump, 0.9 * share * 1.5 * kTick) << "the bound asks for nothing: the test would say nothing";
+  }
+  Bench bench;
+  bench.speed_share = 0;
+  EXPECT_NE(message_of([&] { (void)bench.update(); }).find("speed_share: got 0"), std::string::npos);
+}
+
 TEST(Controller, WeakForces_AreLeftOut) {
   Bench bench;
   bench.contacts[0].force_W *= 4.9 / 12;

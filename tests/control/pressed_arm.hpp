@@ -18,13 +18,13 @@ struct Bench {
 
   const ControllerCommand& update() {
     time += kTick;
-    return controller.update({.time = time, .q = q, .q_ref = q_ref, .contacts = contacts}, kTick);
+    return controller.update({.time = time, .q = q, .q_ref = q_ref, .contacts = contacts, .speed_share = speed_share}, kTick);
   }
 
   std::shared_ptr<const world::Model> model;
   ContactController controller;
   int link;
-  double time = 0;
+  double time = 0, speed_share = 1;
   Eigen::VectorXd q = posture(), q_ref = posture();
   std::vector<ContactForce> contacts;
 };

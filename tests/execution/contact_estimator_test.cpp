@@ -90,6 +90,32 @@ TEST_F(Estimator, RestAndSignOfTheTorques_AreTakenOff) {
   }
 }
 
+/// Torques within what joints that stick may hide are no contact, also once offsets were learned well; more than that is one.
+TEST_F(Estimator, FrictionOfJointsThatStick_IsNoContact) {
+  ContactEstimatorOptions options = exact();
+  options.bias = 0.02;
+  ContactEstimator plain(scenario.model, options);
+  options.friction = VectorXd::Constant(7, 0.1);
+  ContactEstimator told(scenario.model, options);
+  VectorXd zero = VectorXd::Zero(7), stuck = push(told, "arm/link_6", 1);
+  stuck *= 0.1 / stuck.cwiseAbs().maxCoeff();
+  for (int k = 0; k < 200; ++k) {
+    ASSERT_TRUE(told.update(q, zero, q, kTick).empty());
+    (void)plain.update(q, zero, q, kTick);
+  }
+  std::size_t taken_for_touch = 0, felt = 0;
+  for (int k = 0; k < 20; ++k) {
+    EXPECT_TRUE(told.update(q, stuck, q, kTick).empty());
+    taken_for_touch += plain.update(q, stuck, q, kTick).size();
+  }
+  EXPECT_GT(taken_for_touch, 0u) << "without friction these are contacts: the test would say nothing";
+  const VectorXd pushed = stuck + push(told, "arm/link_6", 20);
+  for (int k = 0; k < 20; ++k) felt = told.update(q, pushed, q, kTick).size();
+  EXPECT_GT(felt, 0u);
+  options.friction = VectorXd::Constant(3, 0.1);
+  EXPECT_NE(message_of([&] { ContactEstimator(scenario.model, options); }).find("estimator.friction"), std::string::npos);
+}
+
 /// The wrist of a real arm is thirty times as quiet as its shoulder: what its torques show is felt, though one noise for all would hide it.
 TEST_F(Estimator, NoiseOfEachJoint_ShowsWeakTouchesOfTheHand) {
   ContactEstimatorOptions options;

@@ -69,6 +69,20 @@ TEST(GuardedFriction, MotionBeforeTheMoves_FindsIt) {
   EXPECT_NEAR(out.moves[0].last_force, 5, 1);
 }
 
+/// Seeds whose moves pressed with up to 2.9 times what they asked for, as long as contacts that friction makes up bounded the command.
+TEST(GuardedFriction, ForcesStayWithinWhatIsAsked) {
+  const TouchScenario scenario = rubbing("friction_motion: 0.008\n");
+  for (const std::uint64_t seed : {2u, 7u}) {
+    SCOPED_TRACE(seed);
+    const GuardedRunResult out = run(scenario, seed);
+    EXPECT_TRUE(out.reached) << out.reason;
+    for (const MoveResult& move : out.moves) {
+      if (move.felt.empty()) continue;
+      EXPECT_LE(move.late_peak, 1.2 * 5) << move.name;
+    }
+  }
+}
+
 TEST(GuardedFriction, FrictionThatIsNotKnown_IsTakenForATouch) {
   TouchScenario scenario = rubbing("");
   scenario.moves.resize(1);
@@ -105,6 +119,24 @@ TEST_F(TurningRound, FrictionIsNoTouch_UnlessItIsNotKnown) {
   EXPECT_FALSE(alarms(VectorXd::Constant(2, 0.1), 0.1));
   EXPECT_TRUE(alarms(VectorXd(), 0.1)) << "without friction such a change is a touch";
   EXPECT_TRUE(alarms(VectorXd::Constant(2, 0.1), 2)) << "more than friction can be is a touch";
+}
+
+/// A touch that comes as slowly as an arm presses at a millimetre a second, on joints that stick: friction explains no more than its size.
+TEST_F(TurningRound, TouchThatComesSlowly_IsNoFriction) {
+  for (const double rise : {0.2, 0.5, 1.0}) {  // [N·m/s]
+    SCOPED_TRACE(rise);
+    sensing::TouchOnset onset(VectorXd::Zero(2),
+                              {.noise = VectorXd::Constant(2, kNoise), .friction = VectorXd::Constant(2, 0.1), .rest_rows = 100});
+    VectorXd tau = VectorXd::Zero(2);
+    double felt = 0;
+    for (int k = 0; k < 2000 && felt == 0; ++k) {
+      tau[0] = rise * k * kPeriod;
+      if (onset.update(tau, kPeriod)) felt = tau[0];
+    }
+    EXPECT_GT(felt, 0) << "never";
+    EXPECT_LT(felt, 5 * 0.1);
+    for (int k = 0; k < 400; ++k) ASSERT_TRUE(onset.update(VectorXd::Constant(2, 1), kPeriod)) << "what is held is felt";
+  }
 }
 
 TEST_F(TurningRound, WhatAJointThatSticksHides_MakesTheTouchLessSure) {

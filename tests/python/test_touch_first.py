@@ -76,3 +76,20 @@ def test_command_tells_of_the_moves_and_its_plan_knows_the_place(stiction, tmp_p
     assert out["touch"]["status"] == "Passed" and feel["outcome"] == "Felt" and abs(feel["correction_error"]) < 3e-3
     plan = st.read_plan(tmp_path / "plan.json")
     assert abs(height(plan.task.model) + feel["correction"]) < 1e-12, "the move goes down, and the table is higher"
+
+
+def test_a_given_plan_is_carried_to_the_table_that_was_felt(stiction, tmp_path: Path) -> None:
+    task = st.load_task("ur5_mesh_push")
+    given = st.plan(task, seed=1, threads=1).plan
+    given.write(tmp_path / "plan.json")
+    felt = st.run(given, touch_first="feel_table", seed=FAR, duration=1, replans=0, threads=1)
+    assert felt.carried.status == st.Status.Solved and felt.carried.reason == "" and felt.carried.pushes > 0
+    assert felt.plans == [], "nothing was planned"
+    assert not st.run(task, touch_first="feel_table", seed=FAR, duration=0.1, replans=0, threads=1).carried
+
+    done = stiction("run", tmp_path / "plan.json", "--touch-first", "feel_table", "--seed", FAR, "--duration", 1, "--replans", 0, "--json", "-o", tmp_path / "out")
+    out = json.loads(done.stdout)
+    assert out["carried"]["status"] == "Solved" and out["plans"] == []
+    plan = st.read_plan(tmp_path / "out" / "felt_plan.json")
+    assert abs(height(plan.task.model) - height(felt.touch.model)) < 1e-12, "the plan that is written is on the table that was felt"
+    assert abs(plan.q[0][2] - felt.q[0][2]) < 1e-3

@@ -108,6 +108,8 @@ struct ContactController::Impl {
   void require(const ControllerState& state, double dt) const {
     core::require_positive("dt", dt);
     core::require_finite("time", state.time);
+    if (!(state.speed_share > 0 && state.speed_share <= 1))
+      core::throw_invalid("speed_share", std::to_string(state.speed_share), "a number in (0, 1]");
     core::require_size("q", state.q.size(), model->n_a());
     core::require_size("q_ref", state.q_ref.size(), model->n_a());
     for (Index j = 0; j < state.q.size(); ++j) core::require_finite("q", state.q[j]), core::require_finite("q_ref", state.q_ref[j]);
@@ -320,7 +322,7 @@ const ControllerCommand& ContactController::update(const ControllerState& state,
   c.command.held = !(state.time > c.last_time);
   if (c.command.held) return c.command;
   c.last_time = state.time;
-  c.robot.rate = dt * c.speed;
+  c.robot.rate = dt * state.speed_share * c.speed;
   c.q_full.tail(c.model->n_a()) = state.q;
   calc_kinematics(*c.model, c.q_full, c.kinematics_work, c.kinematics);
   c.command.left_out = c.filter.update(state.contacts, c.kinematics, dt);

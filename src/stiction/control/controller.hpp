@@ -70,6 +70,9 @@ struct ControllerState {
   VectorRef q_ref;  ///< of the next tick (n_a); with a tool: the posture that is preferred
   std::span<const ContactForce> contacts;
   const ToolReference* tool = nullptr;  ///< null: joints are tracked
+  /// Of the joint speeds of the options, with which commands change at most, in (0, 1]. The rate goes before bounds of forces: a contact that is not there, or a bound that
+  /// jumps, then pushes no command out of a slow motion.
+  double speed_share = 1;
 };
 
 /// The command of a tick and what it rests on; vectors over the contacts of `taken`.

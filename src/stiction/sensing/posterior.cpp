@@ -17,7 +17,9 @@ namespace {
 
 constexpr double kDrop = 14;  // places e^−14 less likely than the best carry no weight
 constexpr double kCredible = 0.95;
-constexpr int kMostPatches = 120, kMostIntegrals = 40;  // on each link
+constexpr int kMostPatches = 120, kMostIntegrals = 20;  // on each link
+constexpr int kFewIntegrals = 6;                        // on a link that has less than kUnlikely of what the likeliest one has
+constexpr double kUnlikely = 1e-3;
 
 using Columns = Eigen::Matrix<double, LinkTorque::kSize, 3>;
 using Tangents = Eigen::Matrix<double, LinkTorque::kSize, 2>;
@@ -51,12 +53,45 @@ void thin(int most, std::size_t links, PosteriorWorkspace& work) {
     if (!keeps) continue;
     work.kept[kept] = work.kept[i];
     work.shares[kept] = work.shares[i] * std::max(1.0, static_cast<double>(count) / most);
-    if (!work.patches.empty()) work.patches[kept] = work.patches[i];
     ++kept;
   }
   work.kept.resize(kept);
   work.shares.resize(kept);
-  if (!work.patches.empty()) work.patches.resize(kept);
+}
+
+/// Places of which the evidence is computed, drawn at equal distances of what their bounds promise: evidence differs from its bound by a factor that hardly changes on a link, so that
+/// each place drawn stands for as much of it as any other.
+void choose(const Sensor& sensor, double best, PosteriorWorkspace& work) {
+  const std::size_t links = sensor.links().size();
+  work.counts.assign(links, 0);
+  work.weights.assign(2 * links, 0);
+  const std::span promised(work.weights.data(), links), passed(work.weights.data() + links, links);
+  const auto promise = [&](std::size_t i) { return work.shares[i] * std::exp(work.patches[i].bound - best); };
+  for (std::size_t i = 0; i < work.kept.size(); ++i) {
+    const auto link = static_cast<std::size_t>(work.kept[i].link);
+    ++work.counts[link];
+    promised[link] += promise(i) * area_per_sample(sensor.links()[link]);
+  }
+  const double likeliest = *std::max_element(promised.begin(), promised.end());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < work.kept.size(); ++i) {
+    const auto link = static_cast<std::size_t>(work.kept[i].link);
+    const int most = promised[link] < kUnlikely * likeliest ? kFewIntegrals : kMostIntegrals;
+    double share = work.shares[i];
+    if (work.counts[link] > most) {
+      const double step = promised[link] / area_per_sample(sensor.links()[link]) / most, weight = promise(i);
+      const double before = std::floor(passed[link] / step + 0.5), after = std::floor((passed[link] + weight) / step + 0.5);
+      passed[link] += weight;
+      if (after == before) continue;
+      share *= (after - before) * step / weight;
+    }
+    work.kept[kept] = work.kept[i];
+    work.patches[kept] = work.patches[i];
+    work.shares[kept++] = share;
+  }
+  work.kept.resize(kept);
+  work.shares.resize(kept);
+  work.patches.resize(kept);
 }
 
 }  // namespace
@@ -140,7 +175,7 @@ void calc_posterior(const Sensor& sensor, std::span<const LinkTorque> torques, s
   work.kept.resize(likely);
   work.shares.resize(likely);
   work.patches.resize(likely);
-  thin(kMostIntegrals, sensor.links().size(), work);
+  if (likely > 0) choose(sensor, best, work);
   work.evidence.clear();
   for (const PatchEvidence& patch : work.patches) work.evidence.push_back(patch.constant + cone.log_evidence(patch.precision, patch.b));
   normalize(sensor, work.kept, work.shares, work.evidence, touch_prior, work, out);

@@ -96,28 +96,59 @@ double calc_onset_bound(Index n, double allowance, double rate) {
   return high;
 }
 
-TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(std::move(options)), offset_(rest) {
-  core::require_finite("rest", {rest.data(), static_cast<std::size_t>(rest.size())});
-  options_.validate(rest.size());
+TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(std::move(options)), n_(rest.size()) {
+  core::require_finite("rest", {rest.data(), static_cast<std::size_t>(n_)});
+  options_.validate(n_);
   if (options_.noise.cols() == 1) options_.noise = MatrixXd(options_.noise.col(0).array().square().matrix().asDiagonal());
-  bound_ = calc_onset_bound(rest.size(), 0.5 * options_.shift, options_.false_alarms);
-  P_ = options_.noise / options_.rest_rows;
-  sign_.setZero(rest.size());
+  bound_ = calc_onset_bound(n_, 0.5 * options_.shift, options_.false_alarms);
+  const Index states = options_.friction.size() > 0 ? 2 * n_ : n_;
+  x_.setZero(states);
+  x_.head(n_) = rest;
+  P_.setZero(states, states);
+  P_.topLeftCorner(n_, n_) = options_.noise / options_.rest_rows;
+  sign_.setZero(n_);
   restart();
 }
 
+/// Of the offset, and of what friction adds to it.
+VectorXd TouchOnset::sum_parts(const VectorXd& x) const {
+  VectorXd out = x.head(n_);
+  if (x.size() > n_) out += x.tail(n_);
+  return out;
+}
+
+/// P Hᵀ, with the torques H x = sum_parts(x).
+MatrixXd TouchOnset::calc_covariance() const {
+  MatrixXd out = P_.leftCols(n_);
+  if (P_.cols() > n_) out += P_.rightCols(n_);
+  return out;
+}
+
+/// H P Hᵀ.
+MatrixXd TouchOnset::calc_variance() const {
+  const MatrixXd half = calc_covariance();
+  MatrixXd out = half.topRows(n_);
+  if (half.rows() > n_) out += half.bottomRows(n_);
+  return out;
+}
+
+void TouchOnset::hold(const VectorXd& x) {
+  held_x_ = x;
+  held_ = sum_parts(x);
+  held_variance_ = calc_variance();
+}
+
 void TouchOnset::restart() {
-  held_ = offset_;
-  held_P_ = P_;
-  sum_.setZero(offset_.size());
-  total_.setZero(offset_.size());
+  hold(x_);
+  sum_.setZero(n_);
+  total_.setZero(n_);
   since_ = 0;
   rows_ = quiet_rows_ = 0;
   alarm_ = false;
 }
 
 void TouchOnset::find_beginning() {
-  VectorXd added = VectorXd::Zero(offset_.size());
+  VectorXd added = VectorXd::Zero(n_);
   double most = -1, rows = 0;
   std::size_t beginning = recent_.size() - 1;
   for (std::size_t i = recent_.size(); i-- > 0;) {
@@ -127,8 +158,7 @@ void TouchOnset::find_beginning() {
       beginning = i;
     }
   }
-  held_ = recent_[beginning].offset;
-  held_P_ = P_;
+  hold(recent_[beginning].x);
   total_.setZero();
   since_ = 0;
   for (std::size_t i = beginning; i < recent_.size(); ++i) {
@@ -136,7 +166,7 @@ void TouchOnset::find_beginning() {
     since_ += recent_[i].dt;
   }
   if (options_.drift.size() != 0)
-    P_.diagonal().array() += since_ * options_.drift.array().square();  // until the touch ends the offset is older
+    P_.diagonal().head(n_).array() += since_ * options_.drift.array().square();  // until the touch ends the offset is older
   rows_ = static_cast<int>(recent_.size() - beginning);
   recent_.clear();
 }
@@ -147,50 +177,53 @@ bool TouchOnset::is_quiet(const VectorXd& z) {
   return quiet_rows_ >= options_.quiet;
 }
 
-/// What friction may have changed by adds to the variance of the offset, up to that of a joint that sticks: any torque within ± its dry friction is as likely.
+/// The friction of a joint that sticks or turns round forgets what it was, and may be anything within ± its size after a while: a process with that variance, which returns to 0. It
+/// is never larger than its size, so that a touch which comes slowly is none of it.
 void TouchOnset::loosen(VectorRef sign, double dt) {
   constexpr double kCreep = 0.5;  // in which the torque of a joint that sticks may become any other [s]
   for (Index j = 0; j < options_.friction.size(); ++j) {
-    const double most = options_.friction[j] * options_.friction[j] / 3;
     const double changed = std::abs(sign[j] - sign_[j]) + dt / kCreep * (1 - sign[j] * sign[j]);
-    P_(j, j) += std::clamp(most - P_(j, j), 0.0, changed * most);
+    const double kept = std::exp(-changed), variance = options_.friction[j] * options_.friction[j] / 3;
+    const Index k = n_ + j;
+    x_[k] *= kept;
+    P_.row(k) *= kept;
+    P_.col(k) *= kept;
+    P_(k, k) += (1 - kept * kept) * variance;
   }
   sign_ = sign;
 }
 
 bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
-  core::require_size("tau", tau.size(), offset_.size());
+  core::require_size("tau", tau.size(), n_);
   core::require_finite("tau", {tau.data(), static_cast<std::size_t>(tau.size())});
   core::require_positive("dt", dt);
-  core::require_size("sign", sign.size(), offset_.size());
+  core::require_size("sign", sign.size(), n_);
   loosen(sign, dt);
-  const MatrixXd walk = options_.drift.size() == 0 ? MatrixXd::Zero(tau.size(), tau.size())
-                                                   : MatrixXd(dt * options_.drift.array().square().matrix().asDiagonal());
-  P_ += walk;
-  MatrixXd variance = P_ + options_.noise;
+  if (options_.drift.size() != 0) P_.diagonal().head(n_).array() += dt * options_.drift.array().square();
+  MatrixXd variance = calc_variance() + options_.noise;
   if (alarm_ && options_.friction.size() != 0) variance.diagonal() += options_.friction.cwiseAbs2();  // as in noise()
   const Eigen::LLT<MatrixXd> factor(variance);
-  const VectorXd innovation = tau - (alarm_ ? held_ : offset_), z = factor.matrixL().solve(innovation);
+  const VectorXd innovation = tau - (alarm_ ? held_ : sum_parts(x_)), z = factor.matrixL().solve(innovation);
   if (alarm_) {
     total_ += tau;
     since_ += dt;
     ++rows_;
     if (is_quiet(z)) {
-      offset_ = held_;  // the walk went on meanwhile, which P says
+      x_ = held_x_;  // the walk went on meanwhile, which P says
       restart();
     }
     return alarm_;
   }
   constexpr std::size_t kRecent = 100;
-  recent_.push_back({tau, z, offset_, dt});
+  recent_.push_back({tau, z, x_, dt});
   if (recent_.size() > kRecent) recent_.pop_front();
   const VectorXd next = sum_ + z;
   const double length = next.norm(), left = length - 0.5 * options_.shift;
-  const MatrixXd gain = factor.solve(P_).transpose();
-  offset_ += gain * innovation;
-  P_ -= gain * P_;
-  held_ = offset_;
-  held_P_ = P_;
+  const MatrixXd covariance = calc_covariance(), gain = factor.solve(covariance.transpose()).transpose();
+  x_ += gain * innovation;
+  if (options_.friction.size() != 0) x_.tail(n_) = x_.tail(n_).cwiseMax(-options_.friction).cwiseMin(options_.friction);
+  P_ -= gain * covariance.transpose();
+  hold(x_);
   sum_ = left > 0 ? VectorXd(left / length * next) : VectorXd::Zero(next.size());
   alarm_ = left > bound_;
   if (alarm_) find_beginning();
@@ -200,7 +233,7 @@ bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
 VectorXd TouchOnset::mean() const { return rows_ > 0 ? VectorXd(total_ / rows_) : held_; }
 
 MatrixXd TouchOnset::noise() const {
-  MatrixXd out = held_P_ + options_.noise / std::max(1, rows_);
+  MatrixXd out = held_variance_ + options_.noise / std::max(1, rows_);
   // What touches stops the joints, and one that sticks bears torques up to its dry friction, of which its motor shows nothing.
   if (options_.friction.size() != 0) out.diagonal() += options_.friction.cwiseAbs2();
   if (options_.drift.size() != 0) out.diagonal().array() += since_ * options_.drift.array().square();

@@ -36,8 +36,8 @@ class TouchOnset {
 
   /// A row of torques. @param dt  since the one before [s], > 0  @returns whether something touches  @throws core::InvalidInput: sizes, not finite
   bool update(VectorRef tau, double dt) { return update(tau, dt, Eigen::VectorXd::Zero(tau.size())); }
-  /// The same where joints have friction. @param sign  of it, tanh(q̇/v₀) (n). By as much as the sign changed, and while a joint sticks within half a second, the offset
-  /// may have changed within ± the dry friction.
+  /// The same where joints have friction. @param sign  of it, tanh(q̇/v₀) (n). By as much as the sign changed, and while a joint sticks within half a second, friction
+  /// may be any other within ± its size.
   bool update(VectorRef tau, double dt, VectorRef sign);
 
   bool touches() const { return alarm_; }
@@ -51,9 +51,13 @@ class TouchOnset {
  private:
   /// A row before a touch was found.
   struct Row {
-    Eigen::VectorXd tau, z, offset;  ///< offset: before the row
+    Eigen::VectorXd tau, z, x;  ///< x: before the row
     double dt = 0;
   };
+  Eigen::VectorXd sum_parts(const Eigen::VectorXd& x) const;
+  Eigen::MatrixXd calc_covariance() const;
+  Eigen::MatrixXd calc_variance() const;
+  void hold(const Eigen::VectorXd& x);
   void restart();
   void find_beginning();
   bool is_quiet(const Eigen::VectorXd& innovation);
@@ -61,8 +65,12 @@ class TouchOnset {
 
   OnsetOptions options_;
   double bound_;
-  Eigen::VectorXd offset_, held_, sum_, total_, sign_;
-  Eigen::MatrixXd P_, held_P_;  ///< variance of the offset
+  Eigen::Index n_;
+  Eigen::VectorXd x_;              ///< the offset, and with friction that of every joint (n or 2n)
+  Eigen::MatrixXd P_;              ///< its variance
+  Eigen::VectorXd held_x_, held_;  ///< x before the touch, and its torques
+  Eigen::MatrixXd held_variance_;
+  Eigen::VectorXd sum_, total_, sign_;
   std::deque<Row> recent_;
   double since_ = 0;  ///< time since the touch began [s]
   int rows_ = 0, quiet_rows_ = 0;

@@ -24,6 +24,7 @@ void ContactEstimatorOptions::validate() const {
   core::require_positive("estimator.lag", lag);
   core::require_positive("estimator.least_force", least_force);
   core::require_nonnegative("estimator.bias", bias);
+  for (const double f : friction) core::require_nonnegative("estimator.friction", f);
   core::require_positive("estimator.plausible_force", plausible_force);
   if (base) base->validate();
   core::require_nonnegative("estimator.score_margin", score_margin);
@@ -68,6 +69,11 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
   white_.setConstant(measured_.size(), share * options.noise * options.noise);
   if (white_noise_.size() > 0) white_.head(n) = white_noise_.diagonal();
   offset_variance_.setConstant(measured_.size(), options.bias * options.bias);
+  hidden_.setZero(measured_.size());
+  if (options.friction.size() > 0) {
+    core::require_size("estimator.friction", options.friction.size(), n);
+    hidden_.head(n) = options.friction.cwiseAbs2();
+  }
   if (options.base) {
     const BaseSensorOptions& b = *options.base;
     white_.segment<3>(n).setConstant(share * b.force_noise * b.force_noise);
@@ -183,7 +189,7 @@ void ContactEstimator::learn_offset(VectorRef q, double dt) {
   t.q = q;
   t.time += dt;
   const auto most = [&](Eigen::Index j) {
-    const double deviations = 4 * std::sqrt(white_[j] + t.variance[j]);
+    const double deviations = 4 * std::sqrt(white_[j] + t.variance[j] + hidden_[j]);
     return j < external_.size() ? sense_.threshold.value_or(deviations) : deviations;
   };
   bool free = true;
@@ -192,7 +198,7 @@ void ContactEstimator::learn_offset(VectorRef q, double dt) {
   t.ready = t.ready || t.time >= 5 * memory;
   if (!learns) return;
   for (Eigen::Index j = 0; j < measured_.size(); ++j) {
-    const double gain = t.variance[j] / (t.variance[j] + white_[j] * (1 + 2 * memory / dt));
+    const double gain = t.variance[j] / (t.variance[j] + white_[j] * (1 + 2 * memory / dt) + hidden_[j]);
     t.offset[j] += gain * (measured_[j] - t.offset[j]);
     t.variance[j] *= 1 - gain;
   }
@@ -207,11 +213,11 @@ void ContactEstimator::set_noise() {
     base_.moment_noise = std::sqrt((white_ + P).segment<3>(n + 3).maxCoeff());
   }
   if (white_noise_.size() == 0) {
-    sense_.noise = std::sqrt(white_[0] + P[0]);
+    sense_.noise = std::sqrt(white_[0] + P[0] + hidden_.head(n).maxCoeff());
     return;
   }
   sense_.torques.covariance = white_noise_;
-  sense_.torques.covariance.diagonal() += P.head(n);
+  sense_.torques.covariance.diagonal() += P.head(n) + hidden_.head(n);
 }
 
 /// Candidates for the torques less their offsets, and the noise that is left.

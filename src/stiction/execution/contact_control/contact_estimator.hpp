@@ -24,6 +24,9 @@ struct ContactEstimatorOptions {
   /// Standard deviation of offsets of the torques, of sensors and of weights that are not as thought [N m; N], ≥ 0. Where there are any, nothing may touch
   /// the arm while the first are learned, five lags long.
   double bias = 0;
+  /// Dry friction of joints, of which torques have an unknown part while a joint sticks (n_a) [N m; N], ≥ 0: no rest tells what it will be, so that it adds to the noise of
+  /// every tick. Empty: none.
+  Eigen::VectorXd friction{};
   /// F: forces are taken to be normal with this standard deviation before torques are seen [N], > 0. A touch near an axis needs a force of hundreds of newtons
   /// to make what noise alone makes.
   double plausible_force = 30;
@@ -120,6 +123,7 @@ class ContactEstimator {
   Eigen::VectorXd q_full_, external_;
   Eigen::VectorXd measured_;         ///< torques (n_a), then force and moment at the base where there is a sensor (6), after the low-pass
   Eigen::VectorXd offset_variance_;  ///< b² of each of them
+  Eigen::VectorXd hidden_;           ///< c² of dry friction of each of them
   sensing::BaseWrench base_;         ///< less its offset
   double time_constant_ = 0;         ///< T
   Eigen::VectorXd white_;            ///< variance of white noise of all that is measured, after it [(N m)²; N²]

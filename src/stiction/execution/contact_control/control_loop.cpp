@@ -147,6 +147,7 @@ struct ControlLoop::Impl {
     control::ToolReference tool;
     const Eigen::VectorXd q = plant.q().tail(model.n_a());
     control::ControllerState state{.time = time, .q = q, .q_ref = scenario.tool >= 0 ? scenario.start : reference, .contacts = reported};
+    state.speed_share = speed_share;
     if (scenario.tool >= 0) {
       tool = {.body = scenario.tool, .X_BT = scenario.X_BT, .X_WT = calc_tool_reference(reference)};
       state.tool = &tool;
@@ -202,7 +203,7 @@ struct ControlLoop::Impl {
   std::vector<control::ContactForce> contacts, reported;
   std::vector<simulation::PairForce> forces;
   std::vector<double> update_s, sense_s;
-  double time = 0;
+  double time = 0, speed_share = 1;
   long ticks = 0;
   int unsolved = 0;
 };
@@ -226,6 +227,8 @@ void ControlLoop::hold_push(const simulation::Push& push) {
   impl_->plant.set_push(push);  // which refuses what is none
   impl_->held = push;
 }
+
+void ControlLoop::limit_speed(double share) { impl_->speed_share = share; }
 
 double ControlLoop::time() const { return impl_->time; }
 const Eigen::VectorXd& ControlLoop::q() const { return impl_->plant.q(); }

@@ -47,6 +47,9 @@ class ControlLoop {
   /// call it between two of them. It is one of the contacts. @throws core::InvalidInput: no body, not finite
   void hold_push(const simulation::Push& push);
 
+  /// From now on commands change no faster than with this share of the joint speeds of the controller, in (0, 1]; 1 at first.
+  void limit_speed(double share);
+
   double time() const;  ///< of the next tick [s]
   const Eigen::VectorXd& q() const;
   const world::Model& world() const;  ///< what is simulated

@@ -44,6 +44,9 @@ namespace {
 constexpr double kEdgeAlong = 0.01, kEdgeDepth = 0.002, kBeyond = 0.2;
 constexpr double kFollow = 0.5;    ///< time in which a command that stays behind is made up for [s]
 constexpr double kMostBehind = 5;  ///< in leads
+constexpr double kAgile = 3;       ///< joint speeds of commands of a move that feels, in what the move needs
+constexpr double kLeastShare = 1e-3;
+constexpr double kMost = 1.05;  ///< of the asked force, with which springs press
 
 class GuardedRun {
  public:
@@ -100,20 +103,45 @@ class GuardedRun {
     }
   }
 
+  double calc_ahead(const Vector3d& direction) const { return direction.dot(reference_ - (tool_W_ - start_W_)); }
+
+  /// The force with which the command presses along a direction where it leads the arm.
+  double calc_lead(const Vector3d& direction) const { return calc_ahead(direction) / calc_softness(direction); }
+
   /// The command leads the arm along a direction by what presses with `force` (G.5).
   void lead(const Vector3d& direction, double force) {
-    const double ahead = direction.dot(reference_ - (tool_W_ - start_W_));
-    reference_ += (force * calc_softness(direction) - ahead) * direction;
+    reference_ += (force * calc_softness(direction) - calc_ahead(direction)) * direction;
   }
 
-  /// The same beside a motion, which the command follows with a lag: the reference goes ahead by so much more as the command stays behind. @param behind  that, so far [N]
+  /// The force with which springs press along a direction by the command in force, whatever friction bears of it [N].
+  double calc_commanded(const Vector3d& direction) const {
+    return direction.dot(J_.topRows<3>() * (out_.run.samples.back().q_cmd - q_)) / calc_softness(direction);
+  }
+
+  /// lead(), where the command stays behind. Once it presses with kMost of what is asked it goes no farther: what held it back may let go at once.
+  void lead_within(const Vector3d& direction, double force, double asked) {
+    lead(direction, calc_commanded(direction) > kMost * asked ? std::min(force, kMost * asked) : force);
+  }
+
+  /// lead() beside a motion, which the command follows with a lag: the reference goes ahead by so much more as the command stays behind. @param behind  that, so far [N]
   void lead_moving(const Vector3d& direction, double force, double& behind) {
-    const double commanded = direction.dot(J_.topRows<3>() * (out_.run.samples.back().q_cmd - q_)) / calc_softness(direction);
-    behind = std::clamp(behind + arm_.period / kFollow * (force - commanded), 0.0, kMostBehind * force);
+    behind = std::clamp(behind + arm_.period / kFollow * (force - calc_commanded(direction)), 0.0, kMostBehind * force);
     lead(direction, force + behind);
   }
 
+  /// With joints that stick, commands of a move that feels are kAgile times as fast as it needs: the bound of a contact that noise makes up is then no kick.
+  void limit_speed(const GuardedMove& move) {
+    double share = 1;
+    if (move.until && out_.friction) {
+      const Eigen::Matrix3d G = J_.topRows<3>() * J_.topRows<3>().transpose();
+      const VectorXd needed = J_.topRows<3>().transpose() * G.ldlt().solve(move.speed * move.direction_W);
+      share = std::min(1.0, kAgile * needed.cwiseAbs().maxCoeff() / arm_.controller.revolute_speed);
+    }
+    loop_.limit_speed(std::max(share, kLeastShare));
+  }
+
   void carry_out(const GuardedMove& move, MoveResult& result) {
+    limit_speed(move);
     const std::optional<double> length = calc_length(move);
     if (!length) {
       result.reason = fmt::format("its direction does not lead to '{}'", move.gap->body);
@@ -214,6 +242,13 @@ class GuardedRun {
     return !feeler_.touches() || way.back().second - way.front().second > kEdgeDepth;
   }
 
+  /// The controller kept the command behind in most of the last measurement: then what is missing of the force is no reason to lead farther.
+  bool is_held_back() const {
+    const auto& samples = out_.run.samples;
+    const auto window = std::min(static_cast<std::ptrdiff_t>(std::lround(kMeasure / arm_.period)), std::ssize(samples));
+    return 2 * std::count_if(samples.end() - window, samples.end(), [](const ControlSample& s) { return s.bounded; }) > window;
+  }
+
   /// Waits with a part of the force until the impact is over, presses with all of it, and measures.
   /// @returns whether that ended the move; false: nothing touches after all
   bool press(const GuardedMove& move, MoveResult& result) {
@@ -221,12 +256,14 @@ class GuardedRun {
     const auto press_for = [&](double seconds, double from, double to) {
       const long ticks = std::lround(seconds / arm_.period);
       for (long k = 1; k <= ticks && feeler_.touches(); ++k) {
-        lead(move.direction_W, force * (from + (to - from) * static_cast<double>(k) / static_cast<double>(ticks)));
+        lead_within(move.direction_W, force * (from + (to - from) * static_cast<double>(k) / static_cast<double>(ticks)), force);
         if (!tick()) break;
       }
       return feeler_.touches() && go_on_ == Status::Solved;
     };
-    if (!press_for(kHold, kStart, kStart)) return false;
+    const double led =
+        out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart) : kStart;  // of joints that stick a jump kicks
+    if (!press_for(kHold, led, kStart)) return false;
     if (!press_for(kPress, kStart, 1)) return false;
     share_ = 1;
     int wrong = 0;
@@ -238,7 +275,8 @@ class GuardedRun {
       if (!felt) continue;
       result.felt = {*felt};
       if (std::abs(felt->force - force) < kRight * force) break;
-      share_ = follow_force(share_, felt->force, force);
+      const double next = follow_force(share_, felt->force, force);
+      share_ = is_held_back() ? std::min(share_, next) : next;
     }
     if (wrong > 0) {
       result.felt.clear();

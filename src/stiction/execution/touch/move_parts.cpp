@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numeric>
 
@@ -19,13 +20,29 @@ double MoveProfile::at(double t) const {
   return speed_ * (t - 0.5 * kRamp);
 }
 
+namespace {
+
+/// The largest force that a move asks for; infinite: none asks for one.
+double find_largest_force(const std::vector<GuardedMove>& moves) {
+  double out = 0;
+  for (const GuardedMove& move : moves) {
+    if (move.until) out = std::max(out, move.until->force);
+    if (move.press) out = std::max(out, move.press->force);
+  }
+  return out > 0 ? out : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
 ControlScenario make_guarded_arm(const TouchScenario& scenario, const GuardedRunResult& run, std::uint64_t seed) {
   ControlScenario out = scenario.arm;
   if (out.objects.size() > 0) move_objects(scenario, *out.model, *run.world, out.objects);
   if (run.friction) {
     out.observer.coulomb = run.friction->coulomb, out.observer.viscous = run.friction->viscous;
     out.observer.stiction_speed = run.friction->stiction_speed;
-    out.estimator.bias = std::hypot(out.estimator.bias, run.friction->coulomb.cwiseAbs().maxCoeff());  // of joints that stick
+    out.estimator.friction = run.friction->coulomb.cwiseAbs();
+    // Nothing is pressed harder for long: noise of joints that stick is no touch near an axis.
+    out.estimator.plausible_force = std::min(out.estimator.plausible_force, kPlausible * find_largest_force(scenario.moves));
   }
   out.observer.seed = seed;
   out.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough

@@ -22,6 +22,8 @@ constexpr double kPress = 0.3;    ///< from one force to the next
 constexpr double kMeasure = 0.3;  ///< of torques at that force
 constexpr double kImpact = 0.1;   ///< after which forces are judged
 
+constexpr double kPlausible =
+    2;  ///< forces of contacts are this times the largest that a move asks for (one deviation), before torques are seen
 constexpr double kStart = 0.5;      ///< share of the force with which the arm waits after an alarm
 constexpr double kSlower = 0.5;     ///< of the speed, after an alarm with nothing behind it, which a rebound may be
 constexpr double kSlowest = 0.125;  ///< and no slower than this share of what was asked

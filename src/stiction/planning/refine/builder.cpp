@@ -1,0 +1,217 @@
+#include "stiction/planning/refine/builder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "stiction/planning/contact_limits.hpp"
+#include "stiction/planning/refine/push_again.hpp"
+#include "stiction/planning/refine/regrasp_again.hpp"
+
+namespace stiction::planning::refinement {
+
+using core::Status;
+
+namespace {
+
+/// Places of the objects that differ by less than this are one [tolerances].
+constexpr double kSamePlace = 0.05;
+
+}  // namespace
+
+Builder::Builder(Problem& problem, Scratch& scratch, RegraspOrder order)
+    : problem_(problem),
+      scratch_(scratch),
+      order_(order),
+      built_(problem.plan),
+      at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start}},
+      q_goal_(problem.q_goal) {
+  built_.step.h = problem.pace.step.h;
+  built_.substep = problem.pace.limits;
+  built_.substep.joint_angle = problem.plan.substep.joint_angle;  // of branches that move freely
+  built_.substep.joint_travel = problem.plan.substep.joint_travel;
+  built_.segments.clear();
+}
+
+bool Builder::build() {
+  if (!settle(problem_.plan.segments, SegmentKind::Settle)) return false;
+  return build(problem_.shortened(problem_.plan));
+}
+
+bool Builder::build_from(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const std::vector<dynamics::Knot>& settling) {
+  built_.q_start = q, built_.u_start = u;
+  at_ = {q, u, {.q = q, .u = u}};
+  if (!settling.empty() && !settle({{SegmentKind::Settle, settling, false}}, SegmentKind::Settle)) {
+    reason_ = "the objects do not come to rest where they are now";
+    return false;
+  }
+  std::vector<Push> pushes = problem_.shortened(problem_.plan);
+  if (!pushes.empty()) pushes.front().merged = true;  // its regrasp, if any, starts elsewhere
+  return build(std::move(pushes));
+}
+
+bool Builder::build(std::vector<Push> pushes) {
+  out_.rests = problem_.refine.rest;
+  sure_.push_back(here());
+  for (std::size_t i = 0; i < pushes.size();) {
+    if (problem_.control.stop()) return false;
+    const bool last = i + 1 == pushes.size();
+    const bool held = regrasp(pushes[i], i);
+    if (held && push(pushes[i], last)) {
+      ++i;
+    } else if (plan_anew(pushes)) {
+      i = 0;
+    } else {
+      reason_ = fmt::format("{} {} of {} does not come out", held ? "push" : "the way to push", i + 1, pushes.size());
+      return false;
+    }
+  }
+  const bool there = !built_.segments.empty() && reaches_goal(end_of(built_), at_.fine.q) &&
+                     calc_penetration(problem_.model, end_of(built_), scratch_.geometry) <= problem_.allowed.penetration;
+  if (!there) reason_ = "its end is not at the goal";
+  return there;
+}
+
+RefineResult Builder::result() {
+  built_.error = goal_error(problem_.model, end_of(built_), problem_.plan.goal);
+  out_.plan = std::move(built_);
+  out_.fine_error = goal_error(problem_.model, at_.fine.q, problem_.plan.goal);
+  out_.q_fine = at_.fine.q;
+  out_.variant = "refined";
+  out_.rest_planned_anew = searches_;
+  return std::move(out_);
+}
+
+/// What a plan does before its first push.
+bool Builder::settle(const std::vector<Segment>& segments, SegmentKind as) {
+  for (const Segment& segment : segments) {
+    if (segment.kind != SegmentKind::Settle) continue;
+    Run run{.end = at_};
+    Trace trace{.q = at_.q, .u = at_.u};
+    if (Simulation(problem_, scratch_, work_).follow(commands_of(segment.knots), problem_.pace, {}, {}, trace) != Ending::Reached)
+      return false;
+    run.end.q = std::move(trace.q);
+    run.end.u = std::move(trace.u);
+    run.segments.push_back({as, std::move(trace.knots), false});
+    finish(problem_, at_, run.end.q, scratch_, work_, run);
+    if (!run.holds) return false;
+    take(run);
+  }
+  return true;
+}
+
+/// That are tried, in this order; 0: the commands of the plan.
+std::vector<double> Builder::clearances_of(const Push& push) const {
+  std::vector<double> out;
+  if (problem_.refine.reconnect) out = problem_.refine.clearances;
+  if (push.regrasp && !push.merged) out.insert(order_ == RegraspOrder::AsPlanned ? out.begin() : out.end(), 0);
+  return out;
+}
+
+/// From where the robot is to where the push starts: with the largest clearance that leaves the objects where the push wants them, or where they are; else
+/// with what leaves them nearest to it, the commands of the plan among it.
+bool Builder::regrasp(const Push& push, std::size_t number) {
+  if (!push.regrasp && !push.merged) return true;
+  const double missed = std::max(problem_.miss(push.q_entry, at_.q), problem_.miss(push.q_entry, at_.fine.q));
+  const double enough = std::max(problem_.refine.miss, missed + kSamePlace), length = problem_.model.scales().robots().length;
+  std::optional<Run> best;
+  for (const double clearance : clearances_of(push)) {
+    Run run;
+    const bool done = clearance > 0 ? regrasp_again(problem_, at_, push, number, clearance * length, scratch_, work_, run)
+                                    : regrasp_as_planned(problem_, at_, push, scratch_, work_, run);
+    if (!done) continue;
+    finish(problem_, at_, push.q_entry, scratch_, work_, run);
+    if (run.holds && (!best || run.missed < best->missed)) best = std::move(run);
+    if (best && best->missed <= enough) break;
+  }
+  if (!best) return false;
+  if (best->clearance > 0)
+    out_.least_clearance = out_.reconnected++ > 0 ? std::min(out_.least_clearance, best->clearance) : best->clearance;
+  take(*best);
+  return true;
+}
+
+/// A push in small steps ends elsewhere than it did in the plan: feedback on the objects where that is too far away, then iMPC. It ends at rest where that
+/// does not take it too far away. A push that misses, but brings the objects nearer the goal, is kept: what is left is planned anew.
+bool Builder::push(const Push& push, bool last) {
+  const Eigen::VectorXd q_target = last ? q_goal_ : push.edges.back().knots.back().q;
+  const auto will_do = [&](const Run& run) { return last ? reaches_goal(run.end.q, run.end.fine.q) : run.missed <= threshold::kLost; };
+  std::optional<Run> nearer;
+  for (const bool rests : {true, false}) {
+    if (rests && !problem_.refine.rest) continue;
+    std::optional<Run> best = best_push(push, q_target, rests);
+    if (best && best->missed > threshold::kFarOff)
+      out_.corrected += correct_by_impc(problem_, at_, q_target, scratch_, mpc_work_, work_, *best);
+    if (best && will_do(*best)) {
+      take_push(*best);
+      return true;
+    }
+    if (best && !nearer && problem_.miss(q_goal_, best->end.q) < problem_.miss(q_goal_, at_.q) && agrees(best->end))
+      nearer = std::move(best);
+  }
+  if (nearer) take_push(*nearer);
+  return false;
+}
+
+/// Without feedback where that ends near enough, else the better one.
+std::optional<Run> Builder::best_push(const Push& push, const Eigen::VectorXd& q_target, bool rests) {
+  std::optional<Run> best;
+  for (const bool feedback : {false, true}) {
+    Run run;
+    if (!follow_push(problem_, at_, push, q_target, feedback, scratch_, work_, run)) continue;
+    if (rests && !come_to_rest(problem_, scratch_, work_, run)) continue;
+    finish(problem_, at_, q_target, scratch_, work_, run);
+    if (run.holds && (!best || run.missed < best->missed)) best = std::move(run);
+    if (best && best->missed <= problem_.refine.miss) break;
+  }
+  return best;
+}
+
+/// What is left to do, from the last place at which whole and half sub-steps agree and that no search has begun at; if that does not come to rest, from the
+/// one before.
+bool Builder::plan_anew(std::vector<Push>& pushes) {
+  PlannerOptions options = problem_.options;
+  options.friction = problem_.plan.step.friction_scale;
+  options.tolerance_fraction = std::min(options.tolerance_fraction, threshold::kAgree);
+  options.anytime = false;
+  PlanResult rest;
+  while (rest.status == Status::NumericalFailure && !sure_.empty() && extensions_ < problem_.refine.extensions &&
+         !problem_.control.stop()) {
+    const Place place = std::move(sure_.back());
+    sure_.pop_back();
+    at_ = place.at;
+    built_.segments.resize(place.segments);
+    out_ = place.counts;
+    options.seed = problem_.options.seed + static_cast<std::uint64_t>(++searches_);
+    options.max_iterations = static_cast<int>(problem_.refine.extensions - extensions_);
+    const PlanningProblem from_here{problem_.problem.model, at_.q, problem_.plan.goal, q_goal_.head(problem_.model.n_qu())};
+    (void)plan_from(from_here, at_.u, options, problem_.control, rest);
+    extensions_ += rest.iterations;
+    work_ += {rest.steps, rest.failed_steps};
+  }
+  if (rest.status != Status::Solved || !settle(rest.plan.segments, SegmentKind::Contact)) return false;
+  pushes = problem_.shortened(rest.plan);
+  q_goal_ = at_goal(problem_.model, end_of(rest.plan), problem_.plan.goal);
+  return true;
+}
+
+void Builder::take_push(Run& run) {
+  out_.led += run.led;
+  out_.rests = out_.rests && run.rests;
+  take(run);
+}
+
+void Builder::take(Run& run) {
+  at_ = std::move(run.end);
+  std::move(run.segments.begin(), run.segments.end(), std::back_inserter(built_.segments));
+  if (agrees(at_)) sure_.push_back(here());
+}
+
+/// At the sub-step and at half of it.
+bool Builder::reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine) const {
+  return problem_.reaches_goal(q, q_fine, problem_.options.tolerance_fraction);
+}
+
+}  // namespace stiction::planning::refinement
