@@ -139,7 +139,10 @@ def make_cloud(plan: Plan, samples: dict[int, np.ndarray], knot: int) -> Cloud:
     world = [in_world(p, pose_at(plan, body, knot)) for body, p in samples.items()]
     is_object = [np.full(len(p), body == plan.goal_body) for body, p in samples.items()]
     is_robot = [np.full(len(p), plan.bodies[body].kind == "robot" and plan.bodies[body].moving is not None) for body, p in samples.items()]
-    return Cloud(np.concatenate(world), np.concatenate(is_object), np.concatenate(is_robot), _cell(samples.get(plan.goal_body, np.zeros((1, 3)))))
+    points = np.concatenate(world)
+    # An object without a surface is a point, and a scene of one point has one cell.
+    cell = _cell(samples.get(plan.goal_body, points)) or _cell(points) or 1.0
+    return Cloud(points, np.concatenate(is_object), np.concatenate(is_robot), cell)
 
 
 def visible(cloud: Cloud, direction: np.ndarray, of: np.ndarray | None = None) -> float:

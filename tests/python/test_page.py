@@ -131,6 +131,11 @@ def test_wall_hides_what_is_behind_it(tmp_path: Path) -> None:
     cloud = make_cloud(loaded, samples, 0)
     assert visible(cloud, np.array([1.0, 0.0, 0.5])) < 0.1, "a wall has no gaps"
     assert visible(cloud, np.array([-1.0, 0.0, 0.5])) > 0.5
+    del samples[loaded.goal_body]
+    cloud = make_cloud(loaded, samples, 0)  # of an object without a surface
+    with np.errstate(all="raise"):
+        assert visible(cloud, np.array([1.0, 0.0, 0.5]), ~cloud.is_object) > 0
+        assert visible(cloud, np.array([1.0, 0.0, 0.5])) == 0
 
 
 def test_page_is_small_and_self_contained(page: Path) -> None:
