@@ -6,7 +6,6 @@
 #include <map>
 
 #include "planning/systems.hpp"
-#include "stiction/planning/thresholds.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -20,9 +19,9 @@ struct Nodes {
   int removed = -1;
 
   /// @param place  far from every other one
-  void add(int node, int place, double d, double wedge = 0) {
+  void add(int node, int place, double d) {
     distance[node] = d;
-    frontier.add(Eigen::Vector3d(1e6 * place, 0, 0), d, wedge, false);
+    frontier.add(Eigen::Vector3d(1e6 * place, 0, 0), d, false);
   }
   int take() {
     return frontier.take([this](int i) { return i != removed; }, [this](int i) { return distance.at(i); });
@@ -34,17 +33,6 @@ struct Nodes {
     return out;
   }
 };
-
-TEST(Frontier, APressOnTheGround_CountsAsVisits) {
-  Nodes nodes;
-  nodes.add(0, 0, 2, 5 * threshold::kWedge);  // as if it had been visited five times, which doubles its cost
-  nodes.add(1, 1, 4.9);
-  EXPECT_EQ(nodes.take(), 1);
-  Nodes nearer;
-  nearer.add(0, 0, 2, 5 * threshold::kWedge);
-  nearer.add(1, 1, 5.1);
-  EXPECT_EQ(nearer.take(), 0);
-}
 
 TEST(Frontier, OfNodesThatAreEquallyVisited_TheNearestComesFirst) {
   Nodes nodes;

@@ -40,33 +40,6 @@ TEST(PressLimits, ContactsOfAPair_BearTogetherWhatTheWeakerSideBears) {
   EXPECT_EQ(PressLimits(*sturdy, chains, 1).share(contacts, 0.1), 0);
 }
 
-TEST(PressLimits, WhatTheGroundBearsBesideItsWeight_IsTheWedgeOfAFreeObject) {
-  world::Scene scene;
-  for (const double mass : {0.1, 0.2}) {
-    world::ObjectSpec cube;
-    cube.name = mass < 0.15 ? "light" : "heavy";
-    cube.joint = world::ObjectJoint::Free;
-    cube.mass = mass;
-    cube.inertia = 1e-4 * Eigen::Matrix3d::Identity();
-    cube.geometries = {{"g", world::Box{Eigen::Vector3d::Constant(0.05)}, {}, 0.5}};
-    scene.objects.push_back(cube);
-  }
-  scene.fixed.push_back({"table", {}, {{"top", world::Box{Eigen::Vector3d(1, 1, 0.1)}, {}, 0.5}}});
-  const auto model = world::Model::make(scene);
-  const PressLimits press(*model, world::RobotChains(*model), 1);
-  int light = -1, heavy = -1, both = -1;
-  for (int i = 0; i < static_cast<int>(model->pairs().size()); ++i) {
-    const auto& pair = model->pairs()[static_cast<std::size_t>(i)];
-    (pair.geometry_b != 2 ? both : pair.geometry_a == 0 ? light : heavy) = i;
-  }
-  ASSERT_TRUE(light >= 0 && heavy >= 0 && both >= 0);
-  const double h = 0.1, g = 9.81;
-  EXPECT_NEAR(press.wedge(std::vector{pressed(light, 0.1 * g * h), pressed(heavy, 0.2 * g * h)}, h), 0, 1e-12);
-  EXPECT_NEAR(press.wedge(std::vector{pressed(light, 0.3 * g * h), pressed(light, 0.4 * g * h), pressed(heavy, 1.0 * g * h)}, h), 6, 1e-12);
-  EXPECT_EQ(press.wedge(std::vector{pressed(both, 100)}, h), 0);
-  EXPECT_EQ(press.wedge({}, h), 0);
-}
-
 /// The largest force on the ball at any knot, and at half of the way to it [N].
 double largest_force(const world::Model& model, const std::shared_ptr<const world::Model>& shared, const Plan& plan) {
   dynamics::StepWorkspace work(shared);

@@ -68,7 +68,7 @@ double ContactChange::simulated_distance(const Eigen::VectorXd& q, const Eigen::
   const bool moved = extend_.push(from, command, scratch, totals, to);
   scratch.regrasp += totals;
   scratch.steps.forget();  // the regrasp goes on from elsewhere
-  return x.distance(setting_.goal, moved ? to.q : q) * (1 + threshold::kVisit * to.wedge / threshold::kWedge);
+  return x.distance(setting_.goal, moved ? to.q : q);
 }
 
 }  // namespace stiction::planning

@@ -55,7 +55,6 @@ bool Extend::push(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scr
   if (calc_penetration(setting_.model, trace.q, scratch.geometry) > kMostFinePenetration) return false;  // where no step has looked yet
   to.edge = SegmentKind::Contact;
   set_edge(trace.knots, setting_.model, to);
-  to.wedge = trace.worst.wedge;
   return true;
 }
 

@@ -14,13 +14,11 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 double Frontier::cost(int node, double distance) const {
   const double mean = std::max(1.0, static_cast<double>(all_visits_) / static_cast<double>(cell_visits_.size()));
-  return (1 + distance) * (1 + threshold::kVisit * (visits_[at(node)] + wedge_[at(node)] / threshold::kWedge)) *
-         (1 + threshold::kVisit * cell_visits_[at(cell_[at(node)])] / mean);
+  return (1 + distance) * (1 + threshold::kVisit * visits_[at(node)]) * (1 + threshold::kVisit * cell_visits_[at(cell_[at(node)])] / mean);
 }
 
-void Frontier::add(const Eigen::VectorXd& q_u, double distance, double wedge, bool visited) {
+void Frontier::add(const Eigen::VectorXd& q_u, double distance, bool visited) {
   const int node = static_cast<int>(cell_.size());
-  wedge_.push_back(wedge);
   cell_.push_back(cell_of(q_u, distance));
   visits_.push_back(0);
   if (visited) visit(node);

@@ -11,8 +11,8 @@ namespace stiction::planning {
 
 /// The order in which nodes are extended to the goal (P.12).
 ///
-/// A node costs (1 + d)(1 + kVisit (n + p/kWedge))(1 + kVisit c/c̄): d is how far it is from the goal by the measure of Tree, n counts its visits, c those of its
-/// cell and c̄ the mean over cells; p is the press on the ground with which the node was reached, in weights. Nodes whose objects are at one place share a cell: where a search is stuck, new nodes come up beside the old ones as fast as
+/// A node costs (1 + d)(1 + kVisit n)(1 + kVisit c/c̄): d is how far it is from the goal by the measure of Tree, n counts its visits, c those of its cell and
+/// c̄ the mean over cells. Nodes whose objects are at one place share a cell: where a search is stuck, new nodes come up beside the old ones as fast as
 /// these are visited.
 /// Tests: tests/planning/frontier_test.cpp
 class Frontier {
@@ -20,8 +20,8 @@ class Frontier {
   /// @param weights  w of the distance Σ wᵢ eᵢ² of objects, in tolerances (n_v)
   Frontier(const world::ObjectSpace& space, Eigen::VectorXd weights) : cells_(space), weights_(std::move(weights)) {}
 
-  /// The next node. @param q_u  its objects (n_q)  @param distance  d  @param wedge  p  @param visited  the search extended it already
-  void add(const Eigen::VectorXd& q_u, double distance, double wedge, bool visited);
+  /// The next node. @param q_u  its objects (n_q)  @param distance  d  @param visited  the search extended it already
+  void add(const Eigen::VectorXd& q_u, double distance, bool visited);
 
   /// The cheapest node that is usable, −1 when there is none; one that is not is gone for good. Counts a visit.
   /// @param distance  of a node from the goal by now
@@ -40,7 +40,6 @@ class Frontier {
 
   std::priority_queue<Choice, std::vector<Choice>, std::greater<>> queue_;  // costs may be those of an earlier time
   std::vector<int> cell_, visits_;                                          // by node
-  std::vector<double> wedge_;                                               // by node
   std::vector<int> cell_visits_;                                            // by cell
   long all_visits_ = 0;
   NearestPoints cells_;

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "stiction/world/ground.hpp"
-
 namespace stiction::planning {
 
 PressLimits::PressLimits(const world::Model& model, const world::RobotChains& chains, double brace_force)
@@ -13,23 +11,7 @@ PressLimits::PressLimits(const world::Model& model, const world::RobotChains& ch
   for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) {
     fragile_ = fragile_ || std::isfinite(model.pairs()[static_cast<std::size_t>(i)].max_force);
     may_brace_.push_back(chains.mask_of_pair(i) != 0 && !chains.touches_object(i));
-    on_ground_.push_back(world::object_on_ground(model, i));
   }
-  weights_.resize(static_cast<Eigen::Index>(model.objects().size()));
-  for (Eigen::Index o = 0; o < weights_.size(); ++o)
-    weights_[o] = model.scene().objects[static_cast<std::size_t>(o)].mass * model.scene().gravity.norm();
-}
-
-double PressLimits::wedge(std::span<const dynamics::ContactImpulse> contacts, double h) const {
-  Eigen::VectorXd borne = Eigen::VectorXd::Zero(weights_.size());
-  for (const auto& c : contacts) {
-    if (const int object = on_ground_[static_cast<std::size_t>(c.contact.pair)]; object >= 0) borne[object] += c.lambda[0] / h;
-  }
-  double worst = 0;
-  for (Eigen::Index o = 0; o < borne.size(); ++o) {
-    if (weights_[o] > 0) worst = std::max(worst, borne[o] / weights_[o] - 1);
-  }
-  return worst;
 }
 
 double PressLimits::share(std::span<const dynamics::ContactImpulse> contacts, double h) const {

@@ -21,8 +21,6 @@ class PressLimits {
   /// Largest sum of the normal forces of a pair as a share of what it bears (world::Pair::max_force); 0 where nothing is fragile.
   /// @param h  of the step that the impulses are of [s]
   double share(std::span<const dynamics::ContactImpulse> contacts, double h) const;
-  /// What the ground bears of a free object, the goal's or another, beside its weight, as a multiple of that; of several objects the largest, ≥ 0.
-  double wedge(std::span<const dynamics::ContactImpulse> contacts, double h) const;
   bool fragile() const { return fragile_; }  ///< something is
   /// The robot presses on itself or on what does not move with more than brace_force.
   bool braces(std::span<const dynamics::ContactImpulse> contacts, double h) const;
@@ -32,8 +30,6 @@ class PressLimits {
   double brace_force_;
   bool fragile_ = false;
   std::vector<char> may_brace_;  ///< per pair: of the robot with itself or with what does not move
-  std::vector<int> on_ground_;   ///< per pair: the free object that lies on what does not move, or −1
-  Eigen::VectorXd weights_;      ///< of the objects [N]
 };
 
 /// Largest share at the knots of a plan that has its forces; nullopt where nothing is fragile.

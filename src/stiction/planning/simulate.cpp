@@ -54,7 +54,6 @@ Ending Simulation::roll(const Eigen::VectorXd& command, const Pace& pace, const 
   for (dynamics::Knot& knot : rolled.knots) {
     Worst worst = at.worst;
     worst.press = std::max(worst.press, setting_.press.share(knot.contacts, pace.step.h));
-    worst.wedge = std::max(worst.wedge, setting_.press.wedge(knot.contacts, pace.step.h));
     if (watch.most.force_gap < kUnlimited)
       worst.force_gap = std::max(worst.force_gap, calc_force_gap(setting_.model, knot.q, knot.contacts, scratch_.geometry));
     if (!worst.within(watch.most) || (watch.brace && setting_.press.braces(knot.contacts, pace.step.h))) return Ending::OverLimits;

@@ -13,7 +13,6 @@ namespace stiction::planning {
 struct Worst {
   double penetration = 0, force_gap = 0;  ///< in contact tolerances of their pairs (contact_limits.hpp)
   double press = 0;                       ///< PressLimits::share
-  double wedge = 0;                       ///< PressLimits::wedge: never too much, but what is less comes first
 
   bool within(const Worst& most) const { return penetration <= most.penetration && force_gap <= most.force_gap && press <= most.press; }
 };

@@ -58,8 +58,6 @@ inline constexpr double kByPlaceToGoal =
 inline constexpr double kByPlace = 0.5;  ///< … and of all expansions to drawn places
 inline constexpr double kVisit =
     0.2;  ///< a node, or a cell beside the mean, that was visited five times counts as twice as far from the goal
-inline constexpr double kWedge =
-    2;  ///< … and so does one whose push pressed an object on the ground with ten weights: this many are a visit
 inline constexpr double kCell = 0.1;           ///< objects nearer than this share of (1 + distance from the goal) share a cell [tolerances]
 inline constexpr double kGain = 0.9;           ///< a tree stalls when less than this share of the distance was not left …
 inline constexpr long kLeastStall = 1000;      ///< … for so many extensions, and for half of all that it had

@@ -41,9 +41,9 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
   const double d = of_goal_.empty() ? nearest_.distance(i, q_goal.data()) : nearest_.distance(i, q_goal.data(), of_goal_);
   effort_.push_back(std::sqrt(d) / threshold::kLength);
-  by_metric_.add(q_u, effort_.back(), node.wedge, visited);
-  pushes_.add(q_u, node.goal_distance, node.wedge, false);
-  regrasps_.add(q_u, node.goal_distance, node.wedge, false);
+  by_metric_.add(q_u, effort_.back(), visited);
+  pushes_.add(q_u, node.goal_distance, false);
+  regrasps_.add(q_u, node.goal_distance, false);
   places_.add(q_u, weights_);
   if (node.edge == SegmentKind::Regrasp) places_.remove(i);
   nodes_.push_back(std::move(node));

@@ -42,7 +42,6 @@ struct Node {
   LocalModel local;
   double goal_ratio = 0;                              ///< worst of position and angle error, divided by the tolerance
   double goal_distance = 0;                           ///< of all objects from the goal, in tolerances
-  double wedge = 0;                                   ///< PressLimits::wedge on the edge, at most
   int pushes = 0;                                     ///< that started on the path from the root
   EdgeReplay replay{};                                ///< empty until asked for
   double cost = 0;                                    ///< of the path from the root [s]
