@@ -362,11 +362,11 @@ class Executor {
 
   /// From what is measured. A robot that can step back from objects which stand by themselves does so after a short search: what it wedges or what leans on it
   /// makes a bad start. Where that is no help either, the springs are let go, then the robot steps back once more, and the planner is asked with the friction of the
-  /// scene: a place may be left by no push that holds with less. So is a start that does not rest with less.
+  /// scene: a place may be left by no push that holds with less. That goes for a start that does not rest with less as well.
   /// @returns nothing: the run is over, or the object is no more where the plan begins, or came to its goal as the springs were let go; `cause` then says
   ///          for what the next plan is
   std::optional<Trajectory> make_plan(std::string& cause) {
-    bool slips = false, can_step_back = source_.found() > 0 && !find_step_back(model_, measured_.q).empty();
+    bool slips = false, strained = true, can_step_back = source_.found() > 0 && !find_step_back(model_, measured_.q).empty();
     double friction = how_.friction;
     std::string why = cause;
     for (int refused = 0; refused < how_.refusals; ++refused) {
@@ -376,10 +376,11 @@ class Executor {
         if (!step_back() || is_at_goal()) return std::nullopt;
         why = "no plan from where the robot touched";
       } else if (refused > 0) {
-        if (!slips && (!(friction < 1 ? let_go() : step_back()) || is_at_goal())) return std::nullopt;
-        why = slips          ? "no rest at the start with the friction of plans"
-              : friction < 1 ? "no plan from where springs were strained"
-                             : "no plan from where the robot touched";
+        if (!slips && (!(strained ? let_go() : step_back()) || is_at_goal())) return std::nullopt;
+        why = slips      ? "no rest at the start with the friction of plans"
+              : strained ? "no plan from where springs were strained"
+                         : "no plan from where the robot touched";
+        strained = false;
         friction = 1;
       }
       if (!ask(why, friction, is_short, answer)) return std::nullopt;
