@@ -46,6 +46,10 @@ def find() -> str | None:
 needed = pytest.mark.skipif(find() is None, reason="no Chromium: `make setup` installs it")  # of tests
 
 
+class PageLeft(Exception):
+    """A question to a page that goes to another one just then."""
+
+
 class Browser:
     """A context manager; open(file) loads a page, screenshot() shows it as an RGB array."""
 
@@ -116,12 +120,18 @@ class Browser:
         while True:
             message = json.loads(self._socket.recv(timeout=120))
             if message.get("id") == self._next_id:
+                if "navigated" in message.get("error", {}).get("message", ""):
+                    raise PageLeft(method)
                 assert "error" not in message, f"{method}: {message['error']}"
                 return message["result"]
             self._note(message)
 
     def evaluate(self, expression: str):
-        return self.call("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
+        """None where the page is being left: its successor has to be asked."""
+        try:
+            return self.call("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
+        except PageLeft:
+            return None
 
     def open(self, file: Path) -> None:
         self.visit(file.resolve().as_uri())
@@ -152,7 +162,14 @@ class Browser:
     def wait_for(self, condition, seconds: float, what: str):
         """Polls until condition() is neither None nor False and returns its value."""
         deadline = time.monotonic() + seconds
-        while (value := condition()) is None or value is False:
+
+        def ask():
+            try:
+                return condition()
+            except PageLeft:
+                return None
+
+        while (value := ask()) is None or value is False:
             assert time.monotonic() < deadline, f"waited {seconds} s for {what}"
             time.sleep(0.2)
         return value
