@@ -367,7 +367,6 @@ class Executor {
   ///          for what the next plan is
   std::optional<Trajectory> make_plan(std::string& cause) {
     bool slips = false, strained = true, can_step_back = source_.found() > 0 && !find_step_back(model_, measured_.q).empty();
-    double friction = how_.friction;
     std::string why = cause;
     for (int refused = 0; refused < how_.refusals; ++refused) {
       const bool is_short = refused == 0 && can_step_back;
@@ -381,8 +380,8 @@ class Executor {
               : strained ? "no plan from where springs were strained"
                          : "no plan from where the robot touched";
         strained = false;
-        friction = 1;
       }
+      const double friction = strained ? how_.friction : 1;
       if (!ask(why, friction, is_short, answer)) return std::nullopt;
       slips = answer.slips && friction < 1;
       if (!out_.first_plan && !answer.joined) out_.first_plan = std::move(answer.result);
