@@ -185,6 +185,7 @@ TEST_F(Decompose, PartsOfObjectsAndLinks_AreNamedAfterTheirMesh) {
   <joint name="elbow" type="continuous"><parent link="base"/><child link="tip"/></joint></robot>)");
   const auto before = coacd_calls();
   const auto model = Model::make(load_scene(write("scene.yaml", R"(
+contact_distance: 1
 robots: [{name: arm, urdf: arm.urdf, stiffness: 1, convex_decomposition: {threshold: 0.05, max_parts: 16}}]
 fixed: [{name: rock, friction: 0.3, shapes: [{mesh: {file: l.obj, convex_decomposition: true}}, {box: {size: [1, 1, 1]}}]}]
 filters: [{exclude: ["arm/tip/hook/*", "rock/box_1"]}]

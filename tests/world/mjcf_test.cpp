@@ -124,8 +124,8 @@ TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
 TEST(Mjcf, ContactPairs_MayTouchBesideWhatTypesAndAffinitiesSay) {
   const auto file = write_mjcf(
       R"(<worldbody><geom name="floor" type="plane" size="1 1 1" contype="0" conaffinity="0"/>
-         <body><joint/><geom name="a" size=".1" contype="1" conaffinity="0"/></body><body pos="3 0 0"><joint/><geom name="b" size=".1" contype="1" conaffinity="0"/></body>
-         <body pos="6 0 0"><joint/><geom name="c" size=".1" contype="1" conaffinity="0"/></body><body pos="9 0 3"><freejoint/><geom name="d" size=".1" contype="0" conaffinity="0"/></body></worldbody>
+         <body><joint/><geom name="a" size=".1" contype="1" conaffinity="0"/></body><body pos=".21 0 0"><joint/><geom name="b" size=".1" contype="1" conaffinity="0"/></body>
+         <body pos=".1 .19 0"><joint/><geom name="c" size=".1" contype="1" conaffinity="0"/></body><body pos="9 0 3"><freejoint/><geom name="d" size=".1" contype="0" conaffinity="0"/></body></worldbody>
          <contact><pair geom1="a" geom2="b"/><pair geom1="b" geom2="c"/><pair geom1="d" geom2="floor"/><pair name="easy" geom1="d" geom2="a" condim="1"/></contact>)",
       "pairs.xml");
   const auto model = make_model(file);

@@ -54,7 +54,7 @@ TEST(AllegroBall, Sizes_AreThoseOfTheThesis) {
   EXPECT_EQ(model->n_v(), 22);
   EXPECT_EQ(model->n_q(), 23);
   EXPECT_EQ(model->geometries().size(), 20u);
-  EXPECT_EQ(model->pairs().size(), 163u);
+  EXPECT_EQ(model->pairs().size(), 160u);  // three more never meet
   int with_ball = 0;
   for (const Pair& pair : model->pairs()) with_ball += pair.geometry_a == 0;
   EXPECT_EQ(with_ball, 19);

@@ -199,7 +199,7 @@ TEST_F(Robots, Srdf_KeepsPairsFromTouching) {
   const std::string ball = collision("<sphere radius='0.1'/>");
   const std::string urdf = link("a") + link("b", ball) + link("c") + link("d", ball) + joint("i", "revolute", "a", "b", kLimit) +
                            joint("j", "revolute", "b", "c", kLimit) +
-                           joint("k", "revolute", "c", "d", std::string("<origin xyz='1 0 0'/>") + kLimit);
+                           joint("k", "revolute", "c", "d", std::string("<origin xyz='0.22 0 0'/>") + kLimit);
   EXPECT_EQ(load(urdf, kStiff)->pairs().size(), 1u);
   EXPECT_EQ(load(urdf, kStiff + "    srdf: r.srdf\n")->pairs().size(), 0u);
   write("r.srdf", "<robot name='r'>\n<disable_collisions link1='b'/></robot>");

@@ -197,7 +197,7 @@ TEST_P(EveryTask, LoadsWithItsVariant) {
   const auto variant = test::load_task(std::string(GetParam()) + "_table_3_2");
   EXPECT_EQ(variant->scene().name, std::string(GetParam()) + "_table_3_2");
   EXPECT_EQ(variant->scene().gravity, Vector3d::Zero());
-  EXPECT_EQ(variant->pairs().size(), model->pairs().size());
+  EXPECT_EQ(variant->geometries().size(), model->geometries().size());
   EXPECT_EQ(model->scene().gravity[2], std::string(GetParam()) == "allegro_ball" ? -10 : 0);
 }
 

@@ -96,9 +96,24 @@ bool any_nearer(const world::Model& model, const world::Kinematics& kinematics, 
 /// Distance of one pair, however far.
 Distance pair_distance(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work);
 
-/// Distance of one pair, up to `limit`: min(φ, limit), or the bound of its bounding spheres where that is at least `enough` [m]. What earlier queries
-/// left in the workspace does not change it.
-double calc_gap(const world::Model& model, const world::Kinematics& kinematics, int pair, double enough, double limit, Workspace& work);
+/// Distances of single pairs at one configuration. A geometry is placed once, when a pair of it is first asked for.
+class Gaps {
+ public:
+  /// @param kinematics  kept by reference, as is `work`
+  Gaps(const world::Model& model, const world::Kinematics& kinematics, Workspace& work);
+  /// φ where that is less than `enough`, else a lower bound of φ that is at least `enough`: that of the bounding spheres, or `enough` [m]. What other
+  /// queries leave in the workspace does not change it.
+  double calc(int pair, double enough);
+  /// To be called when the kinematics changed.
+  void forget() { stamp_ = 0; }
+
+ private:
+  void place(int geometry);
+
+  const world::Kinematics& kinematics_;
+  Workspace::Impl& work_;
+  std::uint64_t stamp_ = 0;
+};
 
 /// Lower bound of the distance of one pair from its bounding spheres (or sphere and plane) [m]; exact for two spheres.
 double calc_pair_lower_bound(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work);

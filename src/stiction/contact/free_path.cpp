@@ -27,31 +27,58 @@ constexpr double kNoMove = 1e-12;
 /// Of a path that keeps no clearance, or nearly none: gaps are looked at after every move that may shrink them by this [L of the robots].
 constexpr double kLeastClearance = 1e-3;
 
-/// A joint (index in u), and a bound on how far it moves one side of a pair against the other [m per joint unit].
-using Lever = std::pair<int, double>;
-
-/// The joints that move the two sides of a pair against each other: those that move one side alone. A joint that moves both moves them as one.
-std::vector<Lever> calc_levers(const world::Model& model, const world::Pair& pair) {
-  const auto axes_of = [&](int geometry) {
-    const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
-    std::vector<int> axes = model.bodies()[static_cast<std::size_t>(body)].axes;
-    std::ranges::sort(axes);
-    return axes;
-  };
-  const std::vector<int> a = axes_of(pair.geometry_a), b = axes_of(pair.geometry_b);
-  std::vector<int> axes;
-  std::ranges::set_symmetric_difference(a, b, std::back_inserter(axes));
-  std::vector<Lever> out;
-  for (const int axis : axes) {
-    const bool follows = axis >= model.n_v();
-    const world::Follower* follower = follows ? &model.followers()[static_cast<std::size_t>(axis - model.n_v())] : nullptr;
-    const int joint = (follows ? follower->dof : axis) - model.n_vu();
-    if (joint < 0) continue;  // of an object, which stays where it is
-    const bool slides = follows && follower->kind == world::DofKind::Prismatic;
-    out.emplace_back(joint, std::max(model.reach()[joint], slides ? std::abs(follower->ratio) : 0.0));
+/// How far geometries may move while the robots' joints go along a straight line.
+class Travel {
+ public:
+  explicit Travel(const world::Model& model) : model_(model) {
+    for (const auto& geometry : model.geometries()) {
+      begin_.push_back(rest_.size());
+      rest_.resize(rest_.size() + body_of(geometry).axes.size() + 1);
+    }
   }
-  return out;
-}
+
+  /// A hinge takes a point no farther than its distance from the axis, which grows by no more than what the axes behind the hinge move the point, and
+  /// is never larger than the way from axis to axis.
+  /// @param kinematics  at one end of the line
+  void set_line(const world::Kinematics& kinematics, const Posture& from, const Posture& to) {
+    for (std::size_t g = 0; g < begin_.size(); ++g) {
+      const world::Geometry& geometry = model_.geometries()[g];
+      const std::vector<int>& axes = body_of(geometry).axes;
+      double* const rest = &rest_[begin_[g]];
+      if (axes.empty() || axes.front() < model_.n_vu()) continue;  // an object, which stays where it is
+      const Eigen::Vector3d center = kinematics.X_WB[static_cast<std::size_t>(geometry.body)] * geometry.p_BCenter;
+      Eigen::Vector3d behind = center;
+      double extent = geometry.bounding_radius;
+      for (std::size_t k = axes.size(); k-- > 0;) {
+        const int axis = axes[k];
+        const world::Follower* follower =
+            axis < model_.n_v() ? nullptr : &model_.followers()[static_cast<std::size_t>(axis - model_.n_v())];
+        const int v = follower ? follower->dof : axis, joint = v - model_.n_vu();
+        const double turn = std::abs((follower ? follower->ratio : 1.0) * (to[joint] - from[joint]));
+        const Eigen::Vector3d origin = kinematics.origin_W.col(axis);
+        extent += (behind - origin).norm();
+        behind = origin;
+        if ((follower ? follower->kind : model_.dofs()[static_cast<std::size_t>(v)].kind) == world::DofKind::Revolute) {
+          const double lever = kinematics.axis_W.col(axis).cross(center - origin).norm() + geometry.bounding_radius;
+          rest[k] = rest[k + 1] + turn * std::min(lever + rest[k + 1], extent);
+        } else {
+          rest[k] = rest[k + 1] + turn;
+          extent += 2 * turn;  // on either side of the origin
+        }
+      }
+    }
+  }
+
+  /// Of any point of a geometry, by its axes from number `first` on [m].
+  double of(int geometry, std::size_t first) const { return rest_[begin_[static_cast<std::size_t>(geometry)] + first]; }
+
+  const world::Body& body_of(const world::Geometry& geometry) const { return model_.bodies()[static_cast<std::size_t>(geometry.body)]; }
+
+ private:
+  const world::Model& model_;
+  std::vector<std::size_t> begin_;  ///< per geometry
+  std::vector<double> rest_;        ///< per axis of its body: by this one and those behind it; 0 at the end
+};
 
 /// Collision queries of the moving branches among objects at rest.
 class FreeSpace {
@@ -60,15 +87,16 @@ class FreeSpace {
             GeometryWorkspace& work)
       : model_(model),
         work_(work),
+        gaps_(model, work.kinematics, work.contact_work),
         q_(q),
         least_(std::max(clearance, kLeastClearance * model.scales().robots().length)),
-        joints_(chains.joints_of(moving)) {
+        joints_(chains.joints_of(moving)),
+        travel_(model) {
     std::vector<int> pairs;
     chains.pairs_of(moving, pairs);
     const PairClearances clearances = split_by_clearance(model, pairs, clearance, work.contact_work);
     for (const int pair : clearances.pairs) add(pair, clearance);
     for (const auto& [pair, own] : clearances.close) add(pair, own);
-    travel_.resize(levers_.size());
   }
 
   const std::vector<int>& joints() const { return joints_; }
@@ -85,13 +113,15 @@ class FreeSpace {
   /// by the least clearance: between two postures that keep the clearance a gap is never less than half of it.
   bool line(const Posture& from, const Posture& to) {
     if (move(from, to) < kNoMove) return true;
-    const double longest = calc_travel(from, to);
     place(to);  // where most of the lines that are blocked are
+    const double longest = calc_travel(from, to);
     under_way_.clear();
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const double free = calc_free(pairs_[i], 1);
+      UnderWay whole{i, 0, 1};
+      const double free = calc_free(whole, 1);
       if (free < 0) return block(i);
-      if (free < 1) under_way_.push_back({i, 0, 1 - free});
+      whole.to -= free;
+      if (free < 1) under_way_.push_back(whole);
     }
     std::ranges::make_heap(under_way_, std::greater(), &UnderWay::from);
     while (!under_way_.empty()) {
@@ -100,9 +130,9 @@ class FreeSpace {
       while (!under_way_.empty() && under_way_.front().from < t + least_ / longest) {
         std::ranges::pop_heap(under_way_, std::greater(), &UnderWay::from);
         UnderWay& pair = under_way_.back();
-        const double free = calc_free(pairs_[pair.index], pair.to - t);
+        const double free = calc_free(pair, pair.to - t);
         if (free < 0) return block(pair.index);
-        pair.from = t + std::max(free, least_ / travel_[pairs_[pair.index].levers]);
+        pair.from = t + std::max(free, least_ / pairs_[pair.index].travel);
         if (pair.from < pair.to)
           std::ranges::push_heap(under_way_, std::greater(), &UnderWay::from);
         else
@@ -115,45 +145,54 @@ class FreeSpace {
  private:
   struct WatchedPair {
     int pair;
-    double clearance;    ///< [m]
-    std::size_t levers;  ///< what moves it
+    double clearance;   ///< [m]
+    int a, b;           ///< geometries
+    std::size_t apart;  ///< axes that both have, and that move them as one
+    double travel = 0;  ///< by how much the gap may shrink on the line in hand [m]
   };
   /// A pair that may come too near between two shares of a line.
   struct UnderWay {
     std::size_t index;
     double from, to;
+    double room = std::numeric_limits<double>::infinity();  ///< beyond its clearance when its gap was last known [m]
   };
 
-  void add(int pair, double clearance) {
-    const std::vector<Lever> levers = calc_levers(model_, model_.pairs()[static_cast<std::size_t>(pair)]);
-    const auto found = std::ranges::find(levers_, levers);
-    pairs_.push_back({pair, clearance, static_cast<std::size_t>(found - levers_.begin())});
-    if (found == levers_.end()) levers_.push_back(levers);
+  void add(int index, double clearance) {
+    const world::Pair& pair = model_.pairs()[static_cast<std::size_t>(index)];
+    const auto axes_of = [&](int geometry) -> const std::vector<int>& {
+      return travel_.body_of(model_.geometries()[static_cast<std::size_t>(geometry)]).axes;
+    };
+    const auto &a = axes_of(pair.geometry_a), &b = axes_of(pair.geometry_b);
+    const auto first = std::ranges::mismatch(a, b).in1;
+    pairs_.push_back({index, clearance, pair.geometry_a, pair.geometry_b, static_cast<std::size_t>(first - a.begin())});
   }
 
   void place(const Posture& q_a) {
     q_.tail(model_.n_a()) = q_a;
     world::calc_kinematics(model_, q_, work_.kinematics_work, work_.kinematics);
+    gaps_.forget();
   }
 
-  /// By how much levers may shrink a gap on the straight line. @returns the most, at least the least clearance [m]
+  /// By how much gaps may shrink on the straight line, with the kinematics at its end. @returns the most, at least the least clearance [m]
   double calc_travel(const Posture& from, const Posture& to) {
+    travel_.set_line(work_.kinematics, from, to);
     double most = least_;
-    for (std::size_t k = 0; k < levers_.size(); ++k) {
-      travel_[k] = 0;
-      for (const auto& [joint, lever] : levers_[k]) travel_[k] += lever * std::abs(to[joint] - from[joint]);
-      most = std::max(most, travel_[k]);
+    for (WatchedPair& pair : pairs_) {
+      pair.travel = travel_.of(pair.a, pair.apart) + travel_.of(pair.b, pair.apart);
+      most = std::max(most, pair.travel);
     }
     return most;
   }
 
-  /// The share of the line on which a pair keeps its clearance for certain, as it is placed now; < 0: it does not keep it. A bound is enough where it
-  /// takes the pair a good part of what is left.
-  double calc_free(const WatchedPair& pair, double left) {
-    constexpr double kGoodPart = 0.25;
-    const double travel = travel_[pair.levers], enough = pair.clearance + kGoodPart * left * travel, limit = pair.clearance + left * travel;
-    const double gap = calc_gap(model_, work_.kinematics, pair.pair, enough, limit, work_.contact_work);
-    return gap < limit ? (gap - pair.clearance) / travel : left;
+  /// The share of the line on which a pair keeps its clearance for certain, as it is placed now; < 0: it does not keep it. A bound of the gap is enough
+  /// where it takes the pair a good part of what is left, or of what the last gap took it.
+  double calc_free(UnderWay& of, double left) {
+    constexpr double kOfTheRest = 0.1, kOfTheLast = 0.5;
+    const WatchedPair& pair = pairs_[of.index];
+    const double enough = pair.clearance + std::min(kOfTheRest * left * pair.travel, kOfTheLast * of.room);
+    const double gap = gaps_.calc(pair.pair, enough), room = gap - pair.clearance;
+    if (gap < enough) of.room = room;
+    return room < left * pair.travel ? room / pair.travel : left;
   }
 
   /// What blocks one line is likely to block the next one. @returns false
@@ -164,12 +203,12 @@ class FreeSpace {
 
   const world::Model& model_;
   GeometryWorkspace& work_;
+  Gaps gaps_;
   Eigen::VectorXd q_;
   double least_;  ///< a gap is looked at after every move that may shrink it by this [m]
   std::vector<int> joints_;
   std::vector<WatchedPair> pairs_;
-  std::vector<std::vector<Lever>> levers_;  ///< of the pairs, each once
-  std::vector<double> travel_;              ///< of the levers, on the line in hand [m]
+  Travel travel_;
   std::vector<UnderWay> under_way_;
 };
 

@@ -107,13 +107,14 @@ bool close(const Model& model, const world::RobotChains& chains, int trunk, cons
   for (int swap = 0; swap <= kSwaps; ++swap) {
     if (!touch(model, std::array{pinch.pair_a, pinch.pair_b}, closing, q, work)) return false;
     world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+    Gaps gaps(model, work.kinematics, work.contact_work);
     bool whole = true;
     for (int* const of : {&pinch.pair_a, &pinch.pair_b}) {
       double deepest = -touching;
       const int before = *of;
       for (const int pair : chains.object_pairs(trunk)) {
         if (model.pairs()[at(pair)].geometry_a != model.pairs()[at(before)].geometry_a || !same_part(model, pair, before)) continue;
-        const double phi = pair_distance(model, work.kinematics, pair, work.contact_work).phi;
+        const double phi = gaps.calc(pair, deepest);
         if (phi >= deepest) continue;
         deepest = phi;
         *of = pair;
@@ -183,10 +184,11 @@ bool make_room(const Model& model, const world::RobotChains& chains, const Pinch
   std::vector<double> wanted{0, 0};
   for (int k = 0; k <= kInTheWay; ++k) {
     world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+    Gaps gaps(model, work.kinematics, work.contact_work);
     double nearest = kBlocked * tolerance;
     int blocked = -1;
     for (const int i : work.pairs) {
-      const double phi = pair_distance(model, work.kinematics, i, work.contact_work).phi;
+      const double phi = gaps.calc(i, nearest);
       if (phi < nearest) nearest = phi, blocked = i;
     }
     if (blocked < 0) return true;

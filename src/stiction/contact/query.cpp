@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "stiction/contact/workspace.hpp"
 #include "stiction/core/invalid_input.hpp"
@@ -56,11 +57,13 @@ void Workspace::Impl::place(int geometry, const world::Kinematics& kinematics) {
 }
 
 void Workspace::Impl::set_kinematics(const world::Kinematics& kinematics) {
+  ++stamp;
   for (int i = 0; i < static_cast<int>(geometries.size()); ++i) place(i, kinematics);
 }
 
 void Workspace::Impl::set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices) {
   if (2 * pair_indices.size() >= geometries.size()) return set_kinematics(kinematics);
+  ++stamp;
   for (const int i : pair_indices) {
     place(pairs[i].a, kinematics);
     place(pairs[i].b, kinematics);
@@ -392,17 +395,25 @@ Distance pair_distance(const world::Model& model, const world::Kinematics& kinem
   return out;
 }
 
-double calc_gap(const world::Model& model, const world::Kinematics& kinematics, int pair, double enough, double limit, Workspace& work) {
-  Workspace::Impl& w = work.impl();
-  require_match(w, model, kinematics);
-  require_pair(w, pair);
-  w.set_kinematics(kinematics, std::span(&pair, 1));
-  const double bound = w.lower_bound(pair);
-  if (bound >= enough || bound >= limit) return std::min(bound, limit);
-  if (w.is_beyond(pair, limit)) return limit;
+Gaps::Gaps(const world::Model& model, const world::Kinematics& kinematics, Workspace& work) : kinematics_(kinematics), work_(work.impl()) {
+  require_match(work_, model, kinematics);
+}
+
+inline void Gaps::place(int geometry) {
+  if (std::exchange(work_.placed[geometry], stamp_) != stamp_) work_.place(geometry, kinematics_);
+}
+
+double Gaps::calc(int pair, double enough) {
+  require_pair(work_, pair);
+  if (work_.stamp != stamp_) stamp_ = ++work_.stamp;
+  place(work_.pairs[pair].a);
+  place(work_.pairs[pair].b);
+  const double bound = work_.lower_bound(pair);
+  if (bound >= enough) return bound;
+  if (work_.is_beyond(pair, enough)) return enough;
   Distance out;
-  w.narrow(pair, limit, out);
-  return std::min(out.phi, limit);
+  work_.narrow(pair, enough, out);
+  return std::min(out.phi, enough);
 }
 
 double calc_pair_lower_bound(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work) {

@@ -108,6 +108,7 @@ void reserve_answers(Workspace::Impl& w) {
   const std::size_t n_g = w.geometries.size(), n_p = w.pairs.size();
   for (auto* center : {&w.center_x, &w.center_y, &w.center_z}) center->assign(n_g + kPadding, 0.0);
   w.X_WG.resize(n_g);
+  w.placed.resize(n_g);
   w.parting.assign(n_p, Vector3d::UnitX());
   for (auto* values : {&w.center_distance2, &w.excess, &w.center_distance, &w.center_inverse}) values->assign(n_p + kPadding, 0.0);
   w.left_out.assign(n_p, 0.0);

@@ -7,6 +7,7 @@
 #include "stiction/world/joint_values.hpp"
 #include "stiction/world/model_parts.hpp"
 #include "stiction/world/overlap.hpp"
+#include "stiction/world/reach_ball.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/robot_tree.hpp"
 
@@ -15,6 +16,8 @@ namespace {
 
 /// Of so many pairs the broad phase alone takes longer than a step of an ordinary scene.
 constexpr std::size_t kMany = 20000;
+/// What is beyond the limits of a joint by less than this share of its range is within reach as well: springs and motors give way.
+constexpr double kBeyondLimits = 1.1;
 
 /// Which geometries may touch: those that move beside each other, that no filter keeps apart and no joint holds together.
 class PairFinder {
@@ -24,7 +27,12 @@ class PairFinder {
   void add_pairs() {
     check_filters();
     Kinematics rest;
-    parts_.guard("scene", [&] { rest = calc_rest(); });
+    std::vector<Ball> balls;
+    parts_.guard("scene", [&] {
+      const Eigen::VectorXd q = rest_configuration();
+      calc_kinematics(m_, q, rest);
+      for (const Geometry& geometry : m_.geometries) balls.push_back(ball_of(geometry, rest, q));
+    });
     std::map<std::vector<int>, int> support_index;
     for (std::size_t i = 0; i < m_.geometries.size(); ++i) {
       for (std::size_t j = i + 1; j < m_.geometries.size(); ++j) {
@@ -42,7 +50,7 @@ class PairFinder {
           else
             excluded = true;
         }
-        if (excluded || overlap_at_rest(a, b, rest)) continue;
+        if (excluded || never_meet(balls[i], balls[j], b, rest, pair.max_distance) || overlap_at_rest(a, b, rest)) continue;
         pair.friction = a.friction + b.friction > 0 ? 2 * a.friction * b.friction / (a.friction + b.friction) : 0.0;
         pair.max_force = std::min(a.max_force, b.max_force);
         std::vector<int> support;
@@ -114,6 +122,25 @@ class PairFinder {
            std::any_of(robot.push_with.begin(), robot.push_with.end(), [&](const auto& pattern) { return matches_pattern(pattern, name); });
   }
 
+  /// In which a geometry stays, whatever moves.
+  Ball ball_of(const Geometry& geometry, const Kinematics& kinematics, const Eigen::VectorXd& q) const {
+    const Body& body = m_.bodies[at(geometry.body)];
+    const Ball ball = calc_reach_ball(m_, kinematics, q, body, kinematics.X_WB[at(geometry.body)] * geometry.p_BCenter);
+    return {ball.center, kBeyondLimits * ball.radius + geometry.bounding_radius};
+  }
+
+  /// They are farther apart than contacts are looked for, whatever moves. What is fixed has its shape, and everything else a ball.
+  bool never_meet(const Ball& a, const Ball& b, const Geometry& other, const Kinematics& rest, double max_distance) const {
+    double gap = (a.center - b.center).norm() - a.radius - b.radius;
+    if (m_.bodies[at(other.body)].kind == BodyKind::Fixed) {
+      const Pose X_WG = rest.X_WB[at(other.body)] * other.X_BG;
+      const Eigen::Vector3d p_G = X_WG.R.transpose() * (a.center - X_WG.p);
+      if (std::holds_alternative<HalfSpace>(other.shape)) gap = p_G.z() - a.radius;
+      if (const Box* const box = std::get_if<Box>(&other.shape)) gap = (p_G.cwiseAbs() - box->half_extents).cwiseMax(0).norm() - a.radius;
+    }
+    return gap > max_distance;
+  }
+
   /// Links of one robot that overlap at rest are made so: they never touch.
   bool overlap_at_rest(const Geometry& a, const Geometry& b, const Kinematics& rest) {
     const Body &body_a = m_.bodies[at(a.body)], &body_b = m_.bodies[at(b.body)];
@@ -127,7 +154,7 @@ class PairFinder {
     return true;
   }
 
-  Kinematics calc_rest() {
+  Eigen::VectorXd rest_configuration() {
     Eigen::VectorXd q = m_.neutral;
     if (auto& rest = m_.scene.rest; !rest.empty()) {
       const auto own = own_joint_values(m_.links, m_.n_vu, m_.n_a,
@@ -137,9 +164,7 @@ class PairFinder {
       q.tail(m_.n_a) = *own;
       rest.assign(own->begin(), own->end());
     }
-    Kinematics out;
-    calc_kinematics(m_, q, out);
-    return out;
+    return q;
   }
 
   ModelParts& parts_;

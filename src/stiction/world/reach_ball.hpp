@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "stiction/world/model_impl.hpp"
+
+namespace stiction::world {
+
+struct Ball {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< [m], in W
+  double radius = 0;                                 ///< [m]
+};
+
+/// A ball that a point of a body does not leave while joints move: a hinge turns it about its axis, a slider takes it along within its limits.
+/// The radius is infinite where nothing holds the point, as on a free object.
+/// @param kinematics  at q (n_q)  @param p_W  the point [m]  @param moving  per robot joint (n_a), while objects stay; empty: all joints and objects move
+/// Tests: tests/world/reach_ball_test.cpp
+Ball calc_reach_ball(const Model::Impl& model, const Kinematics& kinematics, const VectorRef& q, const Body& body,
+                     const Eigen::Vector3d& p_W, std::span<const char> moving = {});
+
+}  // namespace stiction::world
