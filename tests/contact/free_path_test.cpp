@@ -7,6 +7,7 @@
 #include "stiction/contact/within_reach.hpp"
 #include "stiction/world/scales.hpp"
 #include "world/allegro.hpp"
+#include "world/gripper.hpp"
 
 namespace stiction::contact {
 namespace {
@@ -204,6 +205,38 @@ std::shared_ptr<const world::Model> make_arm_and_plate() {
   plate.X_WB.p.x() = 1;
   plate.geometries = {{"box", world::Box{{0.3, 0.005, 0.3}}, {}, 1.0}};
   return world::Model::make(scene);
+}
+
+/// On sliders and hinges, with a finger that slides on them.
+TEST(FindPath, AGripperKeepsHalfOfItsClearanceEverywhere) {
+  const world::test::RobotFolder folder;
+  const auto model = world::test::make_gripper(folder, 0.1);
+  const world::RobotChains chains(*model);
+  GeometryWorkspace work(*model);
+  core::Random random(5, 0);
+  const PathOptions options{.clearance = 4e-3};
+  Eigen::VectorXd q = world::test::gripper_start(*model);
+  int found = 0, bent = 0;
+  for (int draw = 0; draw < 400 && found < 40; ++draw) {
+    Eigen::VectorXd goal = q;
+    for (int j = 0; j < model->n_a(); ++j) goal[model->n_qu() + j] = random.uniform(model->lower()[j], model->upper()[j]);
+    goal[model->n_qu() + 2] = random.uniform(-0.3, -0.1);  // beside the cube
+    if (gaps(*model, chains, chains.all(), goal, work).first < options.clearance) continue;
+    std::vector<Eigen::VectorXd> path;
+    if (find_path(*model, chains, chains.all(), q, goal.tail(model->n_a()), options, random, work, path) != PathOutcome::Found) continue;
+    ++found, bent += path.size() > 1;
+    Eigen::VectorXd at = q, from = q.tail(model->n_a());
+    for (const auto& posture : path) {
+      for (int k = 1; k <= 200; ++k) {
+        at.tail(model->n_a()) = from + k / 200.0 * (posture - from);
+        EXPECT_GE(gaps(*model, chains, chains.all(), at, work).first, 0.5 * options.clearance - 1e-9);
+      }
+      from = posture;
+    }
+    q = goal;
+  }
+  EXPECT_EQ(found, 40);
+  EXPECT_GE(bent, 10);
 }
 
 TEST(FindPath, LongArm_IsNotLedThroughAThinPlate) {

@@ -12,7 +12,7 @@ namespace {
 
 /// Of the way from start to goal that boxes of subgoals go beyond either …
 constexpr double kWayBeyond = 0.25;
-/// … and upwards, since what stands in the way of a free object is passed above.
+/// … and upwards, of its level part, since what stands in the way of a free object is passed above.
 constexpr double kAbove = 0.5;
 /// The least angle that they do [rad].
 constexpr double kBeyond = 0.2;
@@ -61,7 +61,8 @@ std::vector<world::SampleBox> default_sample_boxes(const PlanningProblem& proble
     }
     if (object.n_v == 6 && model.scene().gravity.norm() > 0) {
       const Eigen::Vector3d up = -model.scene().gravity.normalized();
-      const double above = kAbove * (goal - start).head<3>().norm();
+      const Eigen::Vector3d way = (goal - start).head<3>();
+      const double above = kAbove * (way - up * up.dot(way)).norm();
       for (int i = 0; i < 3; ++i) {
         box.lower[i] += std::min(0.0, above * up[i]);
         box.upper[i] += std::max(0.0, above * up[i]);
