@@ -1,7 +1,10 @@
 // Contacts that resist turning and rolling: analytic laws at three scales, and numbers of files beside MuJoCo's own.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <fstream>
+#include <map>
+#include <set>
 
 #include "simulation/scenes.hpp"
 #include "stiction/simulation/plant_impl.hpp"
