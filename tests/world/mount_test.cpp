@@ -44,7 +44,7 @@ class Mounted : public testing::Test {
 /// A pair of the gripper's own is one of what it became; one with its world, which is left out, is none.
 TEST_F(Mounted, ContactPairs_KeepTheirFriction) {
   write_mjcf(R"(<worldbody><geom name="bench" type="plane" size="1 1 1"/><body name="palm"><geom name="hull" size=".02"/>
-      <body name="left" pos="0 .1 0"><joint/><geom name="a" size=".01"/></body><body name="right" pos="0 -.1 0"><joint/><geom name="b" size=".01"/></body></body></worldbody>
+      <body name="left" pos="0 .011 0"><joint/><geom name="a" size=".01"/></body><body name="right" pos="0 -.011 0"><joint/><geom name="b" size=".01"/></body></body></worldbody>
       <contact><pair geom1="b" geom2="a" condim="6" friction=".7 .7 .03 .002 .002"/><pair geom1="bench" geom2="a"/></contact>)",
              "pads.xml");
   const auto model = Model::make(scene("{name: g, file: pads.xml, on: flange}"));
