@@ -234,7 +234,6 @@ def describe(checkout: Path, python: Path, cases: int, commit: str) -> dict[str,
             "Both tests are looked at over the whole motion. 5° and 10 mm count as soon as an object is there for one step. A run of `stiction run` that ends with its object at rest at the goal passes the other test as well.",
             "Both have the same limit by the clock of the simulation, which is that of its scripts. Neither was tuned here: its parameters are those of its scripts, ours the defaults.",
             "The files of the fingertips and of the TriFinger have motors. `stiction run` takes the stiffness of the position controller that its simulator adds.",
-            "In the simulation of `stiction run` contacts do not resist turning and rolling; in those two files they do.",
         ],
     }
 

@@ -212,6 +212,9 @@ void bind_records(nb::module_& m) {
       .def_ro("geometry_a", &world::Pair::geometry_a)
       .def_ro("geometry_b", &world::Pair::geometry_b)
       .def_ro("friction", &world::Pair::friction)
+      .def_ro("torsional", &world::Pair::torsional,
+              "Largest moment about the normal, beside the normal force [m]; 0 where contacts do not resist turning; in simulation only")
+      .def_ro("rolling", &world::Pair::rolling, "The same about the tangents [m]")
       .def_ro("max_distance", &world::Pair::max_distance, "[m]");
   nb::class_<world::Dof>(m, "Dof", "A coordinate: of an object, or a joint of a robot.")
       .def_ro("name", &world::Dof::name)

@@ -250,7 +250,10 @@ TEST(TaskInMemory, FrictionOfJointsAndLargestForces_AreInTheSceneText) {
   const std::string plain = text("");
   EXPECT_EQ(plain.find("max_force"), std::string::npos);
   EXPECT_EQ(plain, text(", joint_friction: 0, joint_damping: 0"));
-  for (const char* keys : {", joint_friction: 0.1", ", joint_damping: 0.1", ", max_force: 3"}) EXPECT_NE(text(keys), plain) << keys;
+  EXPECT_EQ(plain, text(", torsional_friction: 0"));
+  for (const char* keys :
+       {", joint_friction: 0.1", ", joint_damping: 0.1", ", max_force: 3", ", torsional_friction: 0.1", ", rolling_friction: 0.1"})
+    EXPECT_NE(text(keys), plain) << keys;
   EXPECT_NE(text(", joint_friction: 0.1").find("friction: 0.1, damping: 0}"), std::string::npos);
   EXPECT_NE(text(", max_force: 3").find(", max_force: 3}"), std::string::npos);
 }

@@ -72,7 +72,8 @@ TEST_F(BadInput, UnknownKey_ListsTheAllowedOnesWithAHint) {
             "fixed, places, filters; "
             "did you mean 'gravity'?");
   EXPECT_EQ(message("fixed:\n  - name: floor\n    shapes:\n      - half_space: {}\n        frictoin: 1\n"),
-            "scene.yaml:5: fixed[0].shapes[0].frictoin: got an unknown key, expected one of name, pose, friction, max_force, sphere, box, "
+            "scene.yaml:5: fixed[0].shapes[0].frictoin: got an unknown key, expected one of name, pose, friction, torsional_friction, "
+            "rolling_friction, max_force, sphere, box, "
             "capsule, "
             "cylinder, ellipsoid, mesh, "
             "half_space; did you mean 'friction'?");
@@ -280,24 +281,27 @@ TEST_F(BadInput, YamlThatIsNotUtf8_IsNamedWithItsLine) {
 }
 
 TEST_F(BadInput, SeveralFaults_AreNamedInOneRun) {
-  EXPECT_EQ(message("gravity: [0, 0]\ncontact: 3\nobjects:\n"
-                    "  - {name: a, joint: free, mass: -1, shapes: [{sphere: {radius: 0}}, {ball: {}}]}\n"
-                    "  - {name: b, joint: free, mass: 1, shapes: [{box: {size: [1, 1, 1]}}], colour: red, weight: 2}\n"
-                    "  - {name: c, parent: a, joint: hinge, axis: [0, 0, 1], mass: 1, shapes: [{sphere: {radius: 0.1}}]}\n"
-                    "fixed:\n  - {name: d, shapes: [{sphere: {}}]}\n"),
-            "scene.yaml:2: contact: got an unknown key, expected one of name, file, robot, gravity, contact_distance, max_contacts, "
-            "robots, objects, "
-            "fixed, places, filters\n"
-            "scene.yaml:1: gravity: got a list of 2, expected a list of 3 numbers\n"
-            "scene.yaml:4: objects[0].shapes[0].sphere.radius: got 0, expected a number > 0\n"
-            "scene.yaml:4: objects[0].shapes[1].ball: got an unknown key, expected one of name, pose, friction, max_force, sphere, box, "
-            "capsule, cylinder, ellipsoid, mesh, half_space\n"
-            "scene.yaml:4: objects[0].mass: got -1, expected a number > 0\n"
-            "scene.yaml:5: objects[1].colour: got an unknown key, expected one of name, parent, joint, axis, pose, mass, inertia, "
-            "center_of_mass, friction, max_force, limits, joint_friction, joint_damping, joint_stiffness, joint_rest, shapes\n"
-            "scene.yaml:5: objects[1].weight: got an unknown key, expected one of name, parent, joint, axis, pose, mass, inertia, "
-            "center_of_mass, friction, max_force, limits, joint_friction, joint_damping, joint_stiffness, joint_rest, shapes\n"
-            "scene.yaml:8: fixed[0].shapes[0].sphere.radius: got nothing, expected this key");
+  EXPECT_EQ(
+      message("gravity: [0, 0]\ncontact: 3\nobjects:\n"
+              "  - {name: a, joint: free, mass: -1, shapes: [{sphere: {radius: 0}}, {ball: {}}]}\n"
+              "  - {name: b, joint: free, mass: 1, shapes: [{box: {size: [1, 1, 1]}}], colour: red, weight: 2}\n"
+              "  - {name: c, parent: a, joint: hinge, axis: [0, 0, 1], mass: 1, shapes: [{sphere: {radius: 0.1}}]}\n"
+              "fixed:\n  - {name: d, shapes: [{sphere: {}}]}\n"),
+      "scene.yaml:2: contact: got an unknown key, expected one of name, file, robot, gravity, contact_distance, max_contacts, "
+      "robots, objects, "
+      "fixed, places, filters\n"
+      "scene.yaml:1: gravity: got a list of 2, expected a list of 3 numbers\n"
+      "scene.yaml:4: objects[0].shapes[0].sphere.radius: got 0, expected a number > 0\n"
+      "scene.yaml:4: objects[0].shapes[1].ball: got an unknown key, expected one of name, pose, friction, torsional_friction, "
+      "rolling_friction, max_force, sphere, box, capsule, cylinder, ellipsoid, mesh, half_space\n"
+      "scene.yaml:4: objects[0].mass: got -1, expected a number > 0\n"
+      "scene.yaml:5: objects[1].colour: got an unknown key, expected one of name, parent, joint, axis, pose, mass, inertia, "
+      "center_of_mass, friction, torsional_friction, rolling_friction, max_force, limits, joint_friction, joint_damping, joint_stiffness, "
+      "joint_rest, shapes\n"
+      "scene.yaml:5: objects[1].weight: got an unknown key, expected one of name, parent, joint, axis, pose, mass, inertia, "
+      "center_of_mass, friction, torsional_friction, rolling_friction, max_force, limits, joint_friction, joint_damping, joint_stiffness, "
+      "joint_rest, shapes\n"
+      "scene.yaml:8: fixed[0].shapes[0].sphere.radius: got nothing, expected this key");
   write("arm.urdf",
         "<robot name='arm'>\n<link name='a'><collision><geometry><sphere radius='-1'/></geometry></collision></link>\n"
         "<link name='b'><collision><geometry><mesh filename='no.stl'/></geometry></collision></link>\n"

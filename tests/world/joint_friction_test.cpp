@@ -144,5 +144,43 @@ TEST_F(JointFriction, LargestForceNotPositive_NamesFileLineAndField) {
        "scene.yaml:2: fixed[0].shapes[0].max_force: got -3, expected a number > 0");
 }
 
+TEST_F(JointFriction, MomentsOfContacts_AreThoseOfTheShapeElseOfItsOwnerAndOfAPairTheLarger) {
+  const auto model = load(
+      "objects:\n  - {name: egg, joint: free, mass: 1, torsional_friction: 0.004,\n"
+      "     shapes: [{name: shell, sphere: {radius: 0.1}}, {name: tip, sphere: {radius: 0.05}, torsional_friction: 0, rolling_friction: "
+      "0.001}]}\n"
+      "  - {name: stone, joint: free, mass: 1, shapes: [{name: s, sphere: {radius: 0.1}}]}\n"
+      "fixed:\n  - {name: mat, torsional_friction: 0.002, shapes: [{name: m, half_space: {}}]}\n"
+      "  - {name: bench, shapes: [{name: b, half_space: {}}]}\n");
+  const auto numbers = [&](const std::string& a, const std::string& b) {
+    for (const Pair& pair : model->pairs()) {
+      const auto name = [&](int geometry) { return model->geometries()[static_cast<std::size_t>(geometry)].name; };
+      if (name(pair.geometry_a) == a && name(pair.geometry_b) == b) return std::array{pair.friction, pair.torsional, pair.rolling};
+    }
+    ADD_FAILURE() << a << ' ' << b;
+    return std::array{0.0, 0.0, 0.0};
+  };
+  EXPECT_EQ(numbers("egg/shell", "mat/m"), (std::array{1.0, 0.004, 0.0}));
+  EXPECT_EQ(numbers("egg/tip", "mat/m"), (std::array{1.0, 0.002, 0.001}));
+  EXPECT_EQ(numbers("egg/tip", "bench/b"), (std::array{1.0, 0.0, 0.001}));
+  EXPECT_EQ(numbers("egg/shell", "stone/s"), (std::array{1.0, 0.004, 0.0}));
+  EXPECT_EQ(numbers("stone/s", "mat/m"), (std::array{1.0, 0.002, 0.0}));
+  EXPECT_EQ(numbers("stone/s", "bench/b"), (std::array{1.0, 0.0, 0.0}));
+}
+
+TEST_F(JointFriction, MomentsThatAreNegativeOrOfAnMjcf_NameFileLineAndField) {
+  const auto says = [&](const std::string& scene, const std::string& expected) {
+    const std::string message = message_of([&] { (void)load(scene); });
+    EXPECT_NE(message.find(expected), std::string::npos) << message;
+  };
+  says("fixed:\n  - {name: pane, shapes: [{half_space: {}, rolling_friction: -3}]}\n",
+       "scene.yaml:2: fixed[0].shapes[0].rolling_friction: got -3, expected a number ≥ 0");
+  says("fixed:\n  - {name: pane, torsional_friction: .inf, shapes: [{half_space: {}}]}\n",
+       "scene.yaml:2: fixed[0].torsional_friction: got ");
+  write("arm.xml", "<mujoco><worldbody><body><joint/><geom size='.1'/></body></worldbody></mujoco>");
+  says("robots: [{name: arm, mjcf: arm.xml, torsional_friction: 1}]\n",
+       "robots[0].torsional_friction: got torsional_friction beside mjcf, expected it only for URDF robots");
+}
+
 }  // namespace
 }  // namespace stiction::world::test

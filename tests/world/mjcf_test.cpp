@@ -126,7 +126,7 @@ TEST(Mjcf, ContactPairs_MayTouchBesideWhatTypesAndAffinitiesSay) {
       R"(<worldbody><geom name="floor" type="plane" size="1 1 1" contype="0" conaffinity="0"/>
          <body><joint/><geom name="a" size=".1" contype="1" conaffinity="0"/></body><body pos=".21 0 0"><joint/><geom name="b" size=".1" contype="1" conaffinity="0"/></body>
          <body pos=".1 .19 0"><joint/><geom name="c" size=".1" contype="1" conaffinity="0"/></body><body pos="9 0 3"><freejoint/><geom name="d" size=".1" contype="0" conaffinity="0"/></body></worldbody>
-         <contact><pair geom1="a" geom2="b"/><pair geom1="b" geom2="c"/><pair geom1="d" geom2="floor"/><pair name="easy" geom1="d" geom2="a" condim="1"/></contact>)",
+         <contact><pair geom1="a" geom2="b"/><pair geom1="b" geom2="c"/><pair geom1="d" geom2="floor"/><pair name="easy" geom1="d" geom2="a" condim="3" friction="1 .5"/></contact>)",
       "pairs.xml");
   const auto model = make_model(file);
   std::set<std::string> pairs;
@@ -138,7 +138,7 @@ TEST(Mjcf, ContactPairs_MayTouchBesideWhatTypesAndAffinitiesSay) {
   EXPECT_EQ(pairs, (std::set<std::string>{"ab", "bc", "dfloor", "da"}));
   const auto notes = model->notes();
   EXPECT_TRUE(std::ranges::any_of(notes, [](const auto& n) {
-    return n.find("condim and friction of contact pairs easy (the friction of both geoms counts)") != std::string::npos;
+    return n.find("friction along a second direction of contact pairs easy (that along the first one counts in all)") != std::string::npos;
   }));
   EXPECT_TRUE(std::ranges::none_of(notes, [](const auto& n) { return n.find("passed over") != std::string::npos; }));
 }

@@ -41,6 +41,25 @@ class Mounted : public testing::Test {
   fs::path dir_;
 };
 
+/// A pair of the gripper's own is one of what it became; one with its world, which is left out, is none.
+TEST_F(Mounted, ContactPairs_KeepTheirFriction) {
+  write_mjcf(R"(<worldbody><geom name="bench" type="plane" size="1 1 1"/><body name="palm"><geom name="hull" size=".02"/>
+      <body name="left" pos="0 .011 0"><joint/><geom name="a" size=".01"/></body><body name="right" pos="0 -.011 0"><joint/><geom name="b" size=".01"/></body></body></worldbody>
+      <contact><pair geom1="b" geom2="a" condim="6" friction=".7 .7 .03 .002 .002"/><pair geom1="bench" geom2="a"/></contact>)",
+             "pads.xml");
+  const auto model = Model::make(scene("{name: g, file: pads.xml, on: flange}"));
+  int found = 0;
+  for (const Pair& pair : model->pairs()) {
+    const auto name = [&](int geometry) { return model->geometries()[static_cast<std::size_t>(geometry)].name; };
+    const bool own = name(pair.geometry_a) == "r/g_left/a" && name(pair.geometry_b) == "r/g_right/b";
+    found += own;
+    EXPECT_EQ(pair.torsional, own ? 0.03 : 0);
+    EXPECT_EQ(pair.rolling, own ? 0.002 : 0);
+    EXPECT_EQ(pair.friction, own ? 0.7 : 1);
+  }
+  EXPECT_EQ(found, 1);
+}
+
 TEST_F(Mounted, GripperOnAFlange_StandsWhereMujocoAttachesIt) {
   const auto model = Model::make(scene("{file: gripper.xml, on: flange, pose: {position: [0.02, 0, 0.01], rpy: [0, 0, 0.5]}}"));
   ASSERT_EQ(model->n_a(), 3);

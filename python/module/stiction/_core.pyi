@@ -170,6 +170,16 @@ class Pair:
     def friction(self) -> float: ...
 
     @property
+    def torsional(self) -> float:
+        """
+        Largest moment about the normal, beside the normal force [m]; 0 where contacts do not resist turning; in simulation only
+        """
+
+    @property
+    def rolling(self) -> float:
+        """The same about the tangents [m]"""
+
+    @property
     def max_distance(self) -> float:
         """[m]"""
 

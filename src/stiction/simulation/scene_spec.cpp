@@ -253,10 +253,13 @@ class SceneWriter {
     mjsPair* pair = mjs_addPair(spec_, nullptr);
     mjs_setString(pair->geomname1, model_.geometries()[at(entry.geometry_a)].name.c_str());
     mjs_setString(pair->geomname2, model_.geometries()[at(entry.geometry_b)].name.c_str());
+    // A moment about the normal is the friction of a small patch; what does not slide does not turn either. Rolling loses its energy inside of the bodies.
     const double mu = entry.friction * options_.contact.friction_scale;
-    pair->condim = mu > 0 ? 3 : 1;
+    const double torsional = mu > 0 ? entry.torsional * options_.contact.friction_scale : 0, rolling = mu > 0 ? entry.rolling : 0;
+    pair->condim = rolling > 0 ? 6 : torsional > 0 ? 4 : mu > 0 ? 3 : 1;
     pair->friction[0] = pair->friction[1] = mu;
-    pair->friction[2] = pair->friction[3] = pair->friction[4] = 0;  // not of these contact dimensions
+    pair->friction[2] = torsional;
+    pair->friction[3] = pair->friction[4] = rolling;
     std::copy_n(solref_, mjNREF, pair->solref);
     std::copy_n(solref_friction_, mjNREF, pair->solreffriction);
     std::copy_n(solimp_, mjNIMP, pair->solimp);

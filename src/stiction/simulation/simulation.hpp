@@ -25,7 +25,7 @@ struct ContactOptions {
   double impedance = 0.95;               ///< [-] in (0, 0.9999]; 1 would be rigid
   double friction_stiffening = 100;      ///< of friction against the normal direction [-], ≥ 1; divides the creep of what should stick
   int noslip_iterations = 0;             ///< sweeps that remove the rest of the creep
-  double friction_scale = 1.0;           ///< multiplies every μ, ≥ 0
+  double friction_scale = 1.0;           ///< multiplies every μ and every moment about a normal, ≥ 0
   /// Objects on fixed geometry: both time constants times this, ≥ 1. At 1 a can that stands there rolls round its rim for ever.
   double ground_softness = 2.5;
   void validate(double timestep) const;

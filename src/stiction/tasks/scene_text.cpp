@@ -72,6 +72,12 @@ struct ShapeText {
   }
 };
 
+/// Of surfaces that do more or less than resist sliding.
+std::string moments(const world::SurfaceRule& rule) {
+  if (rule.dimension == 3) return "";
+  return fmt::format("dimension: {}, torsional: {}, rolling: {}, ", rule.dimension, number(rule.torsional), number(rule.rolling));
+}
+
 }  // namespace
 
 std::string make_scene_text(const world::Model& model) {
@@ -107,8 +113,8 @@ std::string make_scene_text(const world::Model& model) {
   }
   out += "geometries:\n";
   for (const auto& geometry : model.geometries()) {
-    out += fmt::format("- {{name: {}, shape: {}, pose: {}, friction: {}{}}}\n", geometry.name, std::visit(ShapeText{}, geometry.shape),
-                       pose(geometry.X_BG), number(geometry.friction),
+    out += fmt::format("- {{name: {}, shape: {}, pose: {}, {}friction: {}{}}}\n", geometry.name, std::visit(ShapeText{}, geometry.shape),
+                       pose(geometry.X_BG), moments(geometry.rule), number(geometry.friction),
                        std::isfinite(geometry.max_force) ? fmt::format(", max_force: {}", number(geometry.max_force)) : "");
   }
   return out;

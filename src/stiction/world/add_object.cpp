@@ -124,8 +124,7 @@ void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
   for (int i = 0; i < node.n_v; ++i) dofs.push_back(m.n_v + i);
   node.body = parts.add_body(spec.name, BodyKind::Object, index, std::move(dofs));
   m.inertias.back() = {spec.mass, spec.p_BCom, spec.inertia};
-  for (const auto& geometry : spec.geometries)
-    parts.add_geometry(node.body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask, geometry.max_force);
+  for (const auto& geometry : spec.geometries) parts.add_geometry(node.body, geometry);
   if (node.parent >= 0) parts.adjacent.insert({parts.group[at(m.object_nodes[at(node.parent)].body)], parts.group[at(node.body)]});
   m.objects.push_back({.name = spec.name,
                        .body = node.body,

@@ -154,8 +154,14 @@ class RobotAdder {
     for (const auto& [name, value] : spec_.link_friction) {
       if (name == place.link.name) friction = value;
     }
-    for (const auto& c : place.link.collisions)
-      parts_.add_geometry(place.body, c.name, c.shape, c.X_LG, friction.value_or(c.friction.value_or(spec_.friction)), c.mask);
+    for (const auto& c : place.link.collisions) {
+      parts_.add_geometry(place.body, {.name = c.name,
+                                       .shape = c.shape,
+                                       .X_BG = c.X_LG,
+                                       .friction = friction.value_or(c.friction.value_or(spec_.friction)),
+                                       .mask = c.mask,
+                                       .rule = c.rule.value_or(spec_.rule)});
+    }
   }
 
   static DofKind kind_of(const RobotJoint& joint) {

@@ -72,17 +72,18 @@ class MjcfReader : private MjcfView {
       if (roles_.of_body(body) == MjcfRole::Robot)
         read_body(body);
       else if (roles_.of_body(body) == MjcfRole::Fixed)
-        read_geoms(body, Pose{}, nullptr);
+        read_geoms(body, Pose{}, nullptr, "");
       else if (roles_.top(body) == body && object_collides(body))
         read_object(body);
     }
     read_couplings();
-    read_geoms(0, Pose{}, nullptr);
+    read_geoms(0, Pose{}, nullptr, "");
     hulls_.add_note(out_.robot.notes);
     if (!held_.empty())
       out_.robot.notes.push_back(
           fmt::format("objects that damping alone holds have a dry friction that bears their weight: {}", list_some(held_)));
     read_excludes();
+    read_contacts();
     read_configurations();
     read_places();
     list_mjcf_visuals(*m_, roles_, file_, X_OB_, out_.robot);
@@ -195,7 +196,7 @@ class MjcfReader : private MjcfView {
     link_of_[static_cast<std::size_t>(body)] = link;
     RobotLink& made = out_.robot.links[static_cast<std::size_t>(link)];
     if (m_->body_mass[body] > 0) made.inertia = inertia_of(body);
-    read_geoms(body, Pose{}, &made);
+    read_geoms(body, Pose{}, &made, name);
     made.only_seen = m_->body_geomnum[body] > 0 && made.collisions.empty();
   }
 
@@ -337,11 +338,8 @@ class MjcfReader : private MjcfView {
       object.inertia += share * (X.R * part.inertia * X.R.transpose() + parallel_axis(part.mass, X * part.p_BCom - center));
       if (!shapes) continue;
       RobotLink link;
-      read_geoms(b, X, &link);
-      for (auto& c : link.collisions) {
-        c.name = b == body ? c.name : fmt::format("{}.{}", body_name(b), c.name);
-        object.geometries.push_back({c.name, c.shape, c.X_LG, *c.friction, c.mask});
-      }
+      read_geoms(b, X, &link, object.name);
+      for (const auto& c : link.collisions) object.geometries.push_back(to_geometry(c, c.X_LG));
     }
     round_center(object);
     out_.objects.push_back(std::move(object));
@@ -390,8 +388,35 @@ class MjcfReader : private MjcfView {
 
   // ---- geoms ----
 
+  /// A contact has the larger condim of both geoms, and the friction of a geom with the higher priority: MuJoCo's rules are the model's.
+  SurfaceRule read_rule(int g) const {
+    return {.dimension = m_->geom_condim[g],
+            .torsional = m_->geom_friction[3 * g + 1],
+            .rolling = m_->geom_friction[3 * g + 2],
+            .priority = m_->geom_priority[g]};
+  }
+
+  static GeometrySpec to_geometry(const RobotCollision& c, const Pose& X_BG) {
+    return {.name = c.name, .shape = c.shape, .X_BG = X_BG, .friction = *c.friction, .mask = c.mask, .rule = *c.rule};
+  }
+
+  void read_contacts() {
+    for (int i = 0; i < m_->npair; ++i) {
+      const auto one = geometry_.find(m_->pair_geom1[i]), other = geometry_.find(m_->pair_geom2[i]);
+      if (one == geometry_.end() || other == geometry_.end()) continue;
+      const mjtNum* friction = m_->pair_friction + 5 * i;
+      const int dimension = m_->pair_dim[i];
+      out_.contacts.push_back({.a = one->second,
+                               .b = other->second,
+                               .friction = dimension > 1 ? friction[0] : 0,
+                               .torsional = dimension > 3 ? friction[2] : 0,
+                               .rolling = dimension > 4 ? friction[3] : 0});
+    }
+  }
+
   /// Geoms of a body that collide, posed in the link's frame by X_LB; those of the world and planes go to the fixed body.
-  void read_geoms(int body, const Pose& X_LB, RobotLink* link) {
+  /// @param owner  the link or object that they are of
+  void read_geoms(int body, const Pose& X_LB, RobotLink* link, const std::string& owner) {
     for (int g = m_->body_geomadr[body]; g >= 0 && g < m_->body_geomadr[body] + m_->body_geomnum[body]; ++g) {
       if (!collides(g)) continue;
       RobotCollision c{.name = usable(given_name(mjOBJ_GEOM, g)),
@@ -399,16 +424,19 @@ class MjcfReader : private MjcfView {
                        .X_LG = X_LB * pose(m_->geom_pos + 3 * g, m_->geom_quat + 4 * g)};
       c.friction = m_->geom_friction[3 * g];
       c.mask = mask(g);
+      c.rule = read_rule(g);
       if (c.name.empty()) c.name = fmt::format("{}_{}", shape_name(c.shape), g - m_->body_geomadr[body]);
       const bool plane = m_->geom_type[g] == mjGEOM_PLANE;
-      if ((plane || link == nullptr) && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);
+      const std::string holder = link != nullptr && !plane ? owner : body_name(0);
+      if (holder != body_name(body)) c.name = fmt::format("{}.{}", body_name(body), c.name);
+      geometry_.emplace(g, fmt::format("{}/{}", holder, c.name));
       if (link != nullptr && !plane) {
         if (const auto* mesh = std::get_if<Mesh>(&c.shape); mesh != nullptr && !roles_.is_object(body))
           c.shape = simplify(*mesh->mesh, given_name(mjOBJ_MESH, m_->geom_dataid[g]));
         link->collisions.push_back(std::move(c));
         continue;
       }
-      out_.fixed.push_back({c.name, c.shape, pose_below(body, 0) * c.X_LG, *c.friction, c.mask});
+      out_.fixed.push_back(to_geometry(c, pose_below(body, 0) * c.X_LG));
     }
   }
 
@@ -439,7 +467,8 @@ class MjcfReader : private MjcfView {
   std::map<int, Pose> X_OB_;                    ///< per body that is an object: its frame in the object's
   std::vector<ObjectCoordinates> coordinates_;  ///< of the objects
   std::set<std::string> link_names_;
-  std::vector<std::string> held_;  ///< objects
+  std::map<int, std::string> geometry_;  ///< "body/geometry" per geom that collides
+  std::vector<std::string> held_;        ///< objects
   LinkHulls hulls_;
 };
 
@@ -485,9 +514,17 @@ void add_mjcf(Scene& scene, const RobotSpec& robot) {
     if (body == "world" || body.starts_with("world/")) return fixed + body.substr(5);
     return is_object(body) ? body : fmt::format("{}/{}", robot.name, body);
   };
+  const auto full_geometry = [&](const std::string& name) {
+    const std::size_t slash = name.find('/');
+    return full(name.substr(0, slash)) + name.substr(slash);
+  };
   for (const auto& [a, b] : model->excludes) {
     if ((a == "world" || b == "world") && model->fixed.empty()) continue;
     scene.filters.push_back({full(a), full(b), std::nullopt});
+  }
+  for (ContactSpec contact : model->contacts) {
+    contact.a = full_geometry(contact.a), contact.b = full_geometry(contact.b);
+    scene.contacts.push_back(std::move(contact));
   }
   for (ObjectSpec object : model->objects) {
     if (object.joint != ObjectJoint::Free && object.parent.empty()) object.X_WP = robot.X_WBase * object.X_WP;

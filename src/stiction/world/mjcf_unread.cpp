@@ -53,17 +53,16 @@ class UnreadFinder {
     look_at("margin", "contact begins at the surface, so that things rest that much nearer to each other",
             [&](int g) { return m_.geom_margin[g] != 0; });
     look_at("gap", "contact_distance of the scene says from where on contacts are looked at", [&](int g) { return m_.geom_gap[g] != 0; });
-    look_at("condim 1", "contacts have friction", [&](int g) { return m_.geom_condim[g] == 1; });
-    look_at("condim 4 and 6", "contacts do not resist turning and rolling", [&](int g) { return m_.geom_condim[g] > 3; });
-    look_at("priority", "the friction of both geoms counts", [&](int g) { return m_.geom_priority[g] != 0; });
+    look_at("condim 4 and 6", "contacts resist turning and rolling in simulation, but plans do without",
+            [&](int g) { return m_.geom_condim[g] > 3; });
     look_at("solmix, solref, solimp", "contacts are rigid",
             [&](int g) { return m_.geom_solmix[g] != 1 || is_soft(m_.geom_solref + mjNREF * g, m_.geom_solimp + mjNIMP * g); });
   }
 
   void look_at_pairs() {
-    look("condim and friction", "contact pairs", mjOBJ_PAIR, m_.npair, "the friction of both geoms counts", [&](int i) {
-      const double one = m_.geom_friction[3 * m_.pair_geom1[i]], other = m_.geom_friction[3 * m_.pair_geom2[i]];
-      return m_.pair_dim[i] == 1 || m_.pair_friction[5 * i] != std::max(one, other);
+    look("friction along a second direction", "contact pairs", mjOBJ_PAIR, m_.npair, "that along the first one counts in all", [&](int i) {
+      const mjtNum* friction = m_.pair_friction + 5 * i;
+      return (m_.pair_dim[i] > 1 && friction[0] != friction[1]) || (m_.pair_dim[i] == 6 && friction[3] != friction[4]);
     });
   }
 

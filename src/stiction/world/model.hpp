@@ -40,6 +40,7 @@ struct Geometry {
   Eigen::Vector3d p_BCenter = Eigen::Vector3d::Zero();         ///< centre of the bounding sphere in its body
   double bounding_radius = 0;                                  ///< [m]; infinite for a half-space
   double max_force = std::numeric_limits<double>::infinity();  ///< largest normal force that it bears from one other geometry [N]
+  SurfaceRule rule{};
 };
 
 /// Two geometries that may touch: all of different bodies, unless neither moves, they are welded together, a joint of a robot links
@@ -48,11 +49,13 @@ struct Geometry {
 struct Pair {
   int geometry_a = -1;
   int geometry_b = -1;
-  double friction = 0;      ///< μ = 2 μ_a μ_b / (μ_a + μ_b)
+  double friction = 0;      ///< μ = 2 μ_a μ_b / (μ_a + μ_b), unless priorities or a ContactSpec say otherwise
   double max_distance = 0;  ///< [m]
   int support = -1;         ///< index into Model::supports()
   /// Largest sum of the normal forces of its contacts, that of the weaker side [N]; infinite where neither has one.
   double max_force = std::numeric_limits<double>::infinity();
+  /// Largest moments beside the normal force, about the normal and about the tangents [m]; 0 where contacts do not resist these. In simulation only.
+  double torsional = 0, rolling = 0;
 };
 
 enum class DofKind {

@@ -51,8 +51,7 @@ class Builder {
     if (!is_rotation(spec.X_WB.R) || !spec.X_WB.p.allFinite()) core::throw_invalid("pose", "no rigid transform", "one");
     const int body = parts_.add_body(spec.name, BodyKind::Fixed, -1, {});
     m_.constant_poses.emplace_back(body, spec.X_WB);
-    for (const auto& geometry : spec.geometries)
-      parts_.add_geometry(body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask, geometry.max_force);
+    for (const auto& geometry : spec.geometries) parts_.add_geometry(body, geometry);
   }
 
   void number_followers() {

@@ -25,12 +25,16 @@ int ModelParts::add_body(std::string name, BodyKind kind, int owner, std::vector
   return static_cast<int>(m.bodies.size()) - 1;
 }
 
-void ModelParts::add_geometry(int body, const std::string& name, const Shape& shape, const Pose& X_BG, double friction, ContactMask mask,
-                              double max_force) {
+void ModelParts::add_geometry(int body, const GeometrySpec& spec) {
+  const auto& [name, shape, X_BG, friction, mask, max_force, rule] = spec;
   const std::string full = fmt::format("{}/{}", m.bodies[at(body)].name, name);
   if (!geometry_names_.insert(full).second) core::throw_invalid("geometry", fmt::format("'{}' twice", full), "each name once");
   require_shape(name, shape);
   core::require_nonnegative(fmt::format("{}.friction", name), friction);
+  core::require_nonnegative(fmt::format("{}.torsional_friction", name), rule.torsional);
+  core::require_nonnegative(fmt::format("{}.rolling_friction", name), rule.rolling);
+  if (rule.dimension != 1 && rule.dimension != 3 && rule.dimension != 4 && rule.dimension != 6)
+    core::throw_invalid(fmt::format("{}.rule.dimension", name), fmt::format("{}", rule.dimension), "1, 3, 4 or 6");
   if (!(max_force > 0))
     core::throw_invalid(fmt::format("{}.max_force", name), fmt::format("{}", max_force), "a number > 0, or infinity for none");
   if (!is_rotation(X_BG.R) || !X_BG.p.allFinite()) core::throw_invalid(fmt::format("{}.pose", name), "no rigid transform", "one");
@@ -38,7 +42,7 @@ void ModelParts::add_geometry(int body, const std::string& name, const Shape& sh
     core::throw_invalid(name, "a half-space", "half-spaces on fixed bodies only");
   }
   const BoundingSphere sphere = calc_bounding_sphere(shape);
-  m.geometries.push_back({full, body, shape, X_BG, friction, X_BG * sphere.center, sphere.radius, max_force});
+  m.geometries.push_back({full, body, shape, X_BG, friction, X_BG * sphere.center, sphere.radius, max_force, rule});
   masks.push_back(mask);
 }
 

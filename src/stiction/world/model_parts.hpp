@@ -42,8 +42,7 @@ class ModelParts {
   void add_note(std::string_view owner, std::string_view note);
   void add_owner_name(const std::string& name);
   int add_body(std::string name, BodyKind kind, int owner, std::vector<int> dofs);
-  void add_geometry(int body, const std::string& name, const Shape& shape, const Pose& X_BG, double friction, ContactMask mask,
-                    double max_force = kInfinity);
+  void add_geometry(int body, const GeometrySpec& spec);
   void add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness,
                double effort = kInfinity);
   void set_joint_friction(double friction, double damping);  ///< of the last coordinate

@@ -70,6 +70,8 @@ class MountReader {
     for (RobotLink& link : tree.links) link.name = rename(link.name);
     for (RobotJoint& joint : tree.joints) joint.name = prefixed(joint.name);
     for (auto& [a, b] : contents_.excludes) a = rename(a), b = rename(b);
+    std::erase_if(contents_.contacts, [&](const ContactSpec& contact) { return is_of_world(contact.a) || is_of_world(contact.b); });
+    for (ContactSpec& contact : contents_.contacts) contact.a = rename_geometry(contact.a), contact.b = rename_geometry(contact.b);
     for (auto& [joint, value] : contents_.as_written.joints) joint = prefixed(joint);
     for (FilePlace& place : contents_.places) place.name = prefixed(place.name), place.moved_by = rename(place.moved_by);
     for (FileVisual& visual : tree.visuals) {
@@ -89,6 +91,12 @@ class MountReader {
   std::string rename(const std::string& link) const {
     if (link.empty() || link != root_) return prefixed(link);
     return mount_.name.empty() ? mount_.file.stem().string() : mount_.name;
+  }
+
+  bool is_of_world(const std::string& geometry) const { return is_mjcf_ && geometry.starts_with(root_ + "/"); }
+  std::string rename_geometry(const std::string& name) const {
+    const std::size_t slash = name.find('/');
+    return rename(name.substr(0, slash)) + name.substr(slash);
   }
 
   const MountSpec& mount_;
@@ -115,6 +123,7 @@ void mount(const RobotSpec& robot, const MountSpec& mount, RobotContents& conten
   }
   const std::string root = added.robot.links[0].name;
   for (const auto& [a, b] : added.excludes) contents.excludes.emplace_back(a, b);
+  contents.contacts.insert(contents.contacts.end(), added.contacts.begin(), added.contacts.end());
   for (auto& place : added.places) {  // X_WF has no meaning where the mounted file is no longer at the world's origin
     place.with_robot = true;
     if (place.moved_by.empty()) place.moved_by = root;

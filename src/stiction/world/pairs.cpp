@@ -26,6 +26,7 @@ class PairFinder {
 
   void add_pairs() {
     check_filters();
+    parts_.guard("contacts", [&] { find_contacts(); });
     Kinematics rest;
     std::vector<Ball> balls;
     parts_.guard("scene", [&] {
@@ -51,7 +52,7 @@ class PairFinder {
             excluded = true;
         }
         if (excluded || never_meet(balls[i], balls[j], b, rest, pair.max_distance) || overlap_at_rest(a, b, rest)) continue;
-        pair.friction = a.friction + b.friction > 0 ? 2 * a.friction * b.friction / (a.friction + b.friction) : 0.0;
+        set_friction(a, b, pair);
         pair.max_force = std::min(a.max_force, b.max_force);
         std::vector<int> support;
         const auto& dofs_a = m_.bodies[at(a.body)].dofs;
@@ -99,6 +100,45 @@ class PairFinder {
         if (filter.max_distance) core::require_nonnegative("max_distance", *filter.max_distance);
       });
     }
+  }
+
+  void find_contacts() {
+    std::vector<std::string> names;
+    for (const Geometry& geometry : m_.geometries) names.push_back(geometry.name);
+    const auto find = [&](const std::string& name) {
+      const auto found = std::find(names.begin(), names.end(), name);
+      if (found == names.end())
+        core::throw_invalid("name", fmt::format("unknown geometry '{}'", name), "one of " + list_with_hint(name, names));
+      return static_cast<int>(found - names.begin());
+    };
+    for (const ContactSpec& contact : m_.scene.contacts) {
+      core::require_nonnegative("friction", contact.friction);
+      core::require_nonnegative("torsional", contact.torsional);
+      core::require_nonnegative("rolling", contact.rolling);
+      const int a = find(contact.a), b = find(contact.b);
+      contacts_[{std::min(a, b), std::max(a, b)}] = &contact;
+    }
+  }
+
+  /// Moments and priorities by MuJoCo's rules; μ is the harmonic mean, which is nearer to that of the smoother surface.
+  void set_friction(const Geometry& a, const Geometry& b, Pair& pair) const {
+    if (const auto own = contacts_.find({pair.geometry_a, pair.geometry_b}); own != contacts_.end()) {
+      pair.friction = own->second->friction;
+      pair.torsional = own->second->torsional;
+      pair.rolling = own->second->rolling;
+      return;
+    }
+    const SurfaceRule &one = a.rule, &other = b.rule;
+    const int lead = one.priority - other.priority;
+    const int dimension = lead > 0 ? one.dimension : lead < 0 ? other.dimension : std::max(one.dimension, other.dimension);
+    const auto larger = [&](double x, double y) { return lead > 0 ? x : lead < 0 ? y : std::max(x, y); };
+    if (dimension == 1) return;
+    pair.friction = lead > 0                      ? a.friction
+                    : lead < 0                    ? b.friction
+                    : a.friction + b.friction > 0 ? 2 * a.friction * b.friction / (a.friction + b.friction)
+                                                  : 0.0;
+    if (dimension >= 4) pair.torsional = larger(one.torsional, other.torsional);
+    if (dimension == 6) pair.rolling = larger(one.rolling, other.rolling);
   }
 
   bool may_touch(const Geometry& a, const Geometry& b) const {
@@ -169,6 +209,7 @@ class PairFinder {
 
   ModelParts& parts_;
   Model::Impl& m_;
+  std::map<std::pair<int, int>, const ContactSpec*> contacts_{};   ///< geometries in their order
   std::map<std::string, std::vector<std::string>> overlapping_{};  ///< pairs of links per robot
 };
 

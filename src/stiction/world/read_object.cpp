@@ -85,14 +85,18 @@ std::vector<Shape> read_shape(const YamlNode& node, std::string_view kind, bool 
 /// What an entry of `objects` or `fixed` says of all its shapes.
 struct Surface {
   explicit Surface(const YamlNode& owner)
-      : friction(owner.nonnegative_or("friction", 1.0)), max_force(owner.positive_or("max_force", GeometrySpec{}.max_force)) {}
+      : friction(owner.nonnegative_or("friction", 1.0)),
+        max_force(owner.positive_or("max_force", GeometrySpec{}.max_force)),
+        rule(read_surface_rule(owner, {})) {}
   double friction, max_force;
+  SurfaceRule rule;
 };
 
 /// Adds the geometries of an entry of `shapes`. @param number  of the entry, for a name that is not given
 void add_geometries(const YamlNode& item, const Surface& surface, bool half_space_allowed, int number, std::vector<GeometrySpec>& out) {
   static constexpr std::string_view kKinds[] = {"sphere", "box", "capsule", "cylinder", "ellipsoid", "mesh", "half_space"};
-  item.require_map({"name", "pose", "friction", "max_force", "sphere", "box", "capsule", "cylinder", "ellipsoid", "mesh", "half_space"});
+  item.require_map({"name", "pose", "friction", "torsional_friction", "rolling_friction", "max_force", "sphere", "box", "capsule",
+                    "cylinder", "ellipsoid", "mesh", "half_space"});
   std::vector<Shape> shapes;
   int found = 0;
   for (const std::string_view kind : kKinds) {
@@ -110,6 +114,7 @@ void add_geometries(const YamlNode& item, const Surface& surface, bool half_spac
     if (const auto pose = item.find("pose")) geometry.X_BG = read_pose(*pose);
     geometry.friction = item.nonnegative_or("friction", surface.friction);
     geometry.max_force = item.positive_or("max_force", surface.max_force);
+    geometry.rule = read_surface_rule(item, surface.rule);
     out.push_back(std::move(geometry));
   }
 }
@@ -210,6 +215,13 @@ std::optional<Decomposition> read_decomposition(const YamlNode& node, std::strin
   return out;
 }
 
+SurfaceRule read_surface_rule(const YamlNode& node, SurfaceRule rule) {
+  rule.torsional = node.nonnegative_or("torsional_friction", rule.torsional);
+  rule.rolling = node.nonnegative_or("rolling_friction", rule.rolling);
+  rule.dimension = rule.rolling > 0 ? 6 : rule.torsional > 0 ? 4 : 3;
+  return rule;
+}
+
 Pose read_pose(const YamlNode& node) {
   node.require_map({"position", "quaternion_wxyz", "rpy"});
   Pose pose;
@@ -219,7 +231,7 @@ Pose read_pose(const YamlNode& node) {
 }
 
 FixedSpec read_fixed(const YamlNode& node) {
-  node.require_map({"name", "pose", "friction", "max_force", "shapes"});
+  node.require_map({"name", "pose", "friction", "torsional_friction", "rolling_friction", "max_force", "shapes"});
   FixedSpec fixed;
   fixed.name = read_name(node);
   if (const auto pose = node.find("pose")) fixed.X_WB = read_pose(*pose);
@@ -236,8 +248,9 @@ ObjectSpec read_object(const YamlNode& node) {
   node.require_map();
   core::Faults faults;
   faults.collect([&] {
-    node.require_map({"name", "parent", "joint", "axis", "pose", "mass", "inertia", "center_of_mass", "friction", "max_force", "limits",
-                      "joint_friction", "joint_damping", "joint_stiffness", "joint_rest", "shapes"});
+    node.require_map({"name", "parent", "joint", "axis", "pose", "mass", "inertia", "center_of_mass", "friction", "torsional_friction",
+                      "rolling_friction", "max_force", "limits", "joint_friction", "joint_damping", "joint_stiffness", "joint_rest",
+                      "shapes"});
   });
   ObjectSpec object;
   faults.collect([&] { object.name = read_name(node); });

@@ -58,7 +58,8 @@ std::vector<std::pair<std::string, double>> read_efforts(const YamlNode& node, s
 void require_urdf_keys(const YamlNode& node, bool mjcf) {
   if (!mjcf && node.has("fixed_base")) node.at("fixed_base").fail("fixed_base beside urdf", "it only for MJCF, whose bases may be free");
   if (!mjcf) return;
-  for (const std::string_view key : {"urdf", "package_dirs", "friction", "convex_hulls", "convex_decomposition"}) {
+  for (const std::string_view key :
+       {"urdf", "package_dirs", "friction", "torsional_friction", "rolling_friction", "convex_hulls", "convex_decomposition"}) {
     if (node.has(key)) node.at(key).fail(fmt::format("{} beside mjcf", key), "it only for URDF robots");
   }
 }
@@ -160,8 +161,8 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
     robot.split = {.by_actuators = true, .robot = {}, .objects = whole->objects};
     if (const auto bodies = node.find("bodies")) robot.split.robot = read_bodies(*bodies);
   } else {
-    node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "effort", "friction", "link_friction",
-                      "push_with", "convex_hulls", "convex_decomposition", "fixed_base", "mount"});
+    node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "effort", "friction", "torsional_friction",
+                      "rolling_friction", "link_friction", "push_with", "convex_hulls", "convex_decomposition", "fixed_base", "mount"});
     robot.name = read_name(node);
   }
   require_urdf_keys(node, mjcf);
@@ -172,6 +173,7 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   read_source(whole != nullptr ? whole->file : node.at(mjcf ? "mjcf" : "urdf"), mjcf, robot);
   if (const auto base = node.find("base")) robot.X_WBase = read_pose(*base);
   robot.friction = node.nonnegative_or("friction", 1.0);
+  robot.rule = read_surface_rule(node, {});
   robot.convex_hulls = node.boolean_or("convex_hulls", false);
   robot.decomposition = read_decomposition(node, "convex_hulls");
   robot.fixed_base = node.boolean_or("fixed_base", false);

@@ -25,6 +25,7 @@ struct RobotCollision {
   Pose X_LG;                         ///< geometry in link
   std::optional<double> friction{};  ///< μ, where the file states it
   ContactMask mask{};
+  std::optional<SurfaceRule> rule{};  ///< where the file states it
 };
 
 /// A file with triangles that are looked at. Nothing opens it before read_visuals() does.
@@ -112,6 +113,7 @@ struct RobotContents {
   std::vector<ObjectSpec> objects;  ///< bodies with a free joint
   std::vector<GeometrySpec> fixed;  ///< geometry of the world body, and all planes, in its frame
   std::vector<std::pair<std::string, std::string>> excludes;  ///< names of bodies that never touch each other
+  std::vector<ContactSpec> contacts{};                        ///< names "body/geometry"; of the world "world/geometry"
   std::string sha256;                                         ///< of the file, or of the text, and of what is mounted
   FileConfiguration as_written{};                             ///< of an MJCF
   std::vector<FileConfiguration> keyframes{};

@@ -66,6 +66,15 @@ struct ContactMask {
   std::uint32_t type = ~0u, affinity = ~0u;
 };
 
+/// What contacts of a surface resist beside sliding, and whose friction counts, as MuJoCo's `condim`, `friction` and `priority` say it. Only simulations know the
+/// moments: a step has point contacts.
+struct SurfaceRule {
+  int dimension = 3;     ///< 1: a contact has no friction; 3: it resists sliding; 4: also turning about the normal; 6: also rolling
+  double torsional = 0;  ///< largest moment about the normal beside the normal force [m], ≥ 0
+  double rolling = 0;    ///< and about the tangents [m], ≥ 0
+  int priority = 0;      ///< where two surfaces differ in it, the higher one's numbers count alone
+};
+
 struct GeometrySpec {
   std::string name;  ///< unique within its body
   Shape shape;
@@ -73,6 +82,7 @@ struct GeometrySpec {
   double friction = 1.0;  ///< μ of the surface, ≥ 0
   ContactMask mask{};
   double max_force = std::numeric_limits<double>::infinity();  ///< largest normal force that it bears from one other geometry [N], > 0
+  SurfaceRule rule{};
 };
 
 /// How an object may move relative to the world (or, for hinges and sliders, about the placed frame).
@@ -142,6 +152,7 @@ struct RobotSpec {
   /// joint → largest force or torque of its motor [N or N·m], > 0, infinite for none; goes before what the file says
   std::vector<std::pair<std::string, double>> effort{};
   double friction = 1.0;  ///< of every collision geometry that has no own entry
+  SurfaceRule rule{};     ///< of every collision geometry whose file states none
   std::vector<std::pair<std::string, double>> link_friction;
   bool convex_hulls = false;                     ///< each mesh as one hull, without a note; else as NonConvex::TakeHulls has it
   std::vector<std::string> push_with{};          ///< links, '*' matches any run of characters: only these may touch objects; empty: all
@@ -168,6 +179,13 @@ struct FilterSpec {
   std::optional<double> max_distance;  ///< [m] pair limit: the pair is looked at only when nearer; nullopt = pair excluded
 };
 
+/// Two geometries "body/geometry" whose contacts have a friction of their own (MJCF: <pair>).
+struct ContactSpec {
+  std::string a, b;
+  double friction = 1;                ///< μ ≥ 0
+  double torsional = 0, rolling = 0;  ///< [m] ≥ 0; see SurfaceRule
+};
+
 /// What there is. Plain data, as written in a scene file; Model is made from it.
 struct Scene {
   std::string name;
@@ -179,6 +197,7 @@ struct Scene {
   std::vector<ObjectSpec> objects;
   std::vector<FixedSpec> fixed;
   std::vector<FilterSpec> filters;
+  std::vector<ContactSpec> contacts{};
   std::vector<double> rest;  ///< of all robots (n_a) [rad or m]: links of one robot that overlap here never touch; empty: neutral()
 };
 

@@ -18,6 +18,8 @@ namespace stiction::world {
 std::string read_name(const YamlNode& node);
 /// Key `convex_decomposition`, not together with the key of a hull.
 std::optional<Decomposition> read_decomposition(const YamlNode& node, std::string_view hull_key);
+/// Keys `torsional_friction` and `rolling_friction` [m], each may be left out. @param rule  of what holds the entry
+SurfaceRule read_surface_rule(const YamlNode& node, SurfaceRule rule);
 /// A centre of mass within rounding of the origin is there.
 void round_center(ObjectSpec& object);
 /// An entry of `objects`.

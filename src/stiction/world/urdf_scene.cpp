@@ -186,7 +186,8 @@ class UrdfSplitter {
       add_inertia(inertia_of(from), X, whole);
       for (const RobotCollision& c : from.collisions) {
         const std::string name = part == link ? c.name : fmt::format("{}.{}", from.name, c.name);
-        object.geometries.push_back({name, c.shape, X * c.X_LG, c.friction.value_or(1.0), c.mask});
+        object.geometries.push_back(
+            {.name = name, .shape = c.shape, .X_BG = X * c.X_LG, .friction = c.friction.value_or(1.0), .mask = c.mask});
       }
     }
     if (!(whole.mass > 0)) fail(fmt::format("object '{}' without mass and without a shape", object.name), "an <inertial> or a <collision>");

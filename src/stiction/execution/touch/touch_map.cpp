@@ -131,7 +131,7 @@ double TouchMap::find_radius(const TouchedPlace& place, std::span<const VectorXd
   for (int k = 0; k <= kHalves; ++k, radius /= 2) {
     world::Scene scene = known_->scene();
     scene.fixed = {make_ball("touch", {place.p_W, place.n_W, 0}, radius)};
-    scene.filters.clear();  // they may name what is left out
+    scene.filters.clear(), scene.contacts.clear();  // they may name what is left out
     const auto model = world::Model::make(scene);
     Room room(*model, true);
     if (std::all_of(visited.begin(), visited.end(), [&](const VectorXd& q_a) { return room.is_at_least(q_a, -place.spread); }))
