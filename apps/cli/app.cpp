@@ -58,6 +58,13 @@ fs::path first_with(const fs::path& package, std::initializer_list<fs::path> fol
 
 }  // namespace
 
+ExitCode exit_code(core::Status status, bool page_failed, bool passes) {
+  if (status == core::Status::Cancelled) return kInterrupted;
+  if (status == core::Status::MaxIterations) return kNotSolved;
+  if (page_failed) return kInternalError;
+  return passes ? kDone : kCheckFailed;
+}
+
 fs::path program_dir() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);

@@ -14,6 +14,7 @@
 #include "numbers.hpp"
 #include "output.hpp"
 #include "stiction/core/run_control.hpp"
+#include "stiction/core/status.hpp"
 
 namespace CLI {
 class App;
@@ -41,6 +42,9 @@ enum ExitCode : int {
   kInternalError = 70,  ///< a fault of the program or of its installation
   kInterrupted = 130
 };
+
+/// Of a command that judges what it ran. MaxIterations: its time was used up.
+ExitCode exit_code(core::Status status, bool page_failed, bool passes);
 
 /// Something of the installation is missing or broken; not a mistake of the caller.
 class InstallationFault : public std::runtime_error {
@@ -147,6 +151,12 @@ int run_program(const std::vector<std::string>& words, const std::string& python
 /// Runs the page maker on a plan file, and the file of its simulation if there is one; its output goes to stderr.
 /// @returns its exit code  @throws InstallationFault: no page maker, no interpreter
 int run_page_maker(const std::filesystem::path& plan, const std::filesystem::path& html, const std::filesystem::path& simulation = {});
+
+/// The page of a plan file or its folder, and of its simulation if there is one, and a row of the summary that names it.
+/// @param kept  what is in its file all the same
+/// @returns whether it was written; if not, stderr says why  @throws InstallationFault as run_page_maker
+bool make_page(const std::filesystem::path& plan, const std::filesystem::path& html, std::FILE* to, std::string_view kept,
+               const std::filesystem::path& simulation = {});
 
 /// Before the work, not after it: the page can be written, its folder is made. Empty: no page.
 /// @throws core::InvalidInput: it cannot

@@ -85,19 +85,7 @@ void print_tube(std::FILE* to, const tasks::PlanFile& plan, const execution::Tub
       options.factors.angle, execution::kTubeFactorsMadeBy);
 }
 
-int run_check(const CheckArguments& arguments) {
-  const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
-  arguments.tubes.validate();
-  const std::filesystem::path path = arguments.plan;
-  const tasks::PlanFile plan = tasks::read_plan(path);
-  const tasks::Task task = tasks::load_task_of_plan(plan, path, data_dirs());
-
-  catch_signals();
-  tasks::CheckReport report;
-  const core::Status status = tasks::check_plan(task, plan, {}, control, report);
-  const std::string_view verdict = status != core::Status::Solved ? core::to_string(status) : report.pass ? "Passed" : "Failed";
-
-  std::FILE* const to = people(arguments.json);
+void print_report(std::FILE* to, const tasks::PlanFile& plan, const tasks::CheckReport& report, std::string_view verdict) {
   say(to, "{}, seed {}: {} knots re-simulated at half the sub-step in {:.3f} s: {}\n", plan.task_name, plan.seed, report.knots,
       report.wall_s, verdict);
   for (const auto& item : report.items) {
@@ -112,7 +100,49 @@ int run_check(const CheckArguments& arguments) {
   if (plan.goal_from_command_line) say(to, "  the goal is one of the command line, not that of the task\n");
   if (plan.options_from_command_line) say(to, "  the options are given ones, not those of the task\n");
   say(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
+}
 
+nlohmann::ordered_json report_json(const tasks::PlanFile& plan, const tasks::CheckReport& report, std::string_view verdict) {
+  nlohmann::ordered_json out;
+  out["status"] = verdict;
+  out["task"] = plan.task_name;
+  out["plan_status"] = core::to_string(plan.status);
+  out["seed"] = plan.seed;
+  out["wall_s"] = report.wall_s;
+  out["steps"] = report.steps;
+  out["knots"] = report.knots;
+  out["start_from"] = plan.start_from_command_line ? "command_line" : "task";
+  out["goal_from"] = plan.goal_from_command_line ? "command_line" : "task";
+  out["options_from"] = plan.options_from_command_line ? "command_line" : "task";
+  out["force_threshold"] = report.threshold_N;
+  out["checks"] = nlohmann::ordered_json::array();
+  for (const auto& item : report.items) {
+    nlohmann::ordered_json entry;
+    entry["name"] = item.name;
+    entry["value"] = item.value;
+    entry["limit"] = item.limit ? nlohmann::ordered_json(*item.limit) : nlohmann::ordered_json();
+    entry["unit"] = item.unit;
+    entry["pass"] = item.pass;
+    entry["where"] = item.where;
+    out["checks"].push_back(std::move(entry));
+  }
+  return out;
+}
+
+int run_check(const CheckArguments& arguments) {
+  const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
+  arguments.tubes.validate();
+  const std::filesystem::path path = arguments.plan;
+  const tasks::PlanFile plan = tasks::read_plan(path);
+  const tasks::Task task = tasks::load_task_of_plan(plan, path, data_dirs());
+
+  catch_signals();
+  tasks::CheckReport report;
+  const core::Status status = tasks::check_plan(task, plan, {}, control, report);
+  const std::string_view verdict = status != core::Status::Solved ? core::to_string(status) : report.pass ? "Passed" : "Failed";
+
+  std::FILE* const to = people(arguments.json);
+  print_report(to, plan, report, verdict);
   execution::TubeResult tube;
   if (arguments.tube && status == core::Status::Solved) {
     (void)execution::calc_tube(task.model, tasks::to_plan(*task.model, plan), arguments.tubes, control, tube);
@@ -120,29 +150,7 @@ int run_check(const CheckArguments& arguments) {
   }
 
   if (arguments.json) {
-    nlohmann::ordered_json out;
-    out["status"] = verdict;
-    out["task"] = plan.task_name;
-    out["plan_status"] = core::to_string(plan.status);
-    out["seed"] = plan.seed;
-    out["wall_s"] = report.wall_s;
-    out["steps"] = report.steps;
-    out["knots"] = report.knots;
-    out["start_from"] = plan.start_from_command_line ? "command_line" : "task";
-    out["goal_from"] = plan.goal_from_command_line ? "command_line" : "task";
-    out["options_from"] = plan.options_from_command_line ? "command_line" : "task";
-    out["force_threshold"] = report.threshold_N;
-    out["checks"] = nlohmann::ordered_json::array();
-    for (const auto& item : report.items) {
-      nlohmann::ordered_json entry;
-      entry["name"] = item.name;
-      entry["value"] = item.value;
-      entry["limit"] = item.limit ? nlohmann::ordered_json(*item.limit) : nlohmann::ordered_json();
-      entry["unit"] = item.unit;
-      entry["pass"] = item.pass;
-      entry["where"] = item.where;
-      out["checks"].push_back(std::move(entry));
-    }
+    nlohmann::ordered_json out = report_json(plan, report, verdict);
     if (arguments.tube) out["tube"] = tube_json(plan, arguments.tubes, tube);
     say(stdout, "{}\n", out.dump());
   }

@@ -166,10 +166,7 @@ int run_control_command(const ControlArguments& arguments) {
     if (!page_failed) out["page"] = arguments.html;
   }
   if (arguments.json) say(stdout, "{}\n", out.dump());
-  if (status == Status::Cancelled) return kInterrupted;
-  if (status == Status::MaxIterations) return kNotSolved;
-  if (page_failed) return kInternalError;
-  return passes ? kDone : kCheckFailed;
+  return exit_code(status, page_failed, passes);
 }
 
 }  // namespace

@@ -24,12 +24,31 @@ bool is_gentle(const TouchScenario& scenario, const GuardedRunResult& r, double 
   return true;
 }
 
+TouchVerdict judge_moves(const GuardedRunResult& r, bool gentle) { return {r.status, r.reached, "GaveUp", r.reason, gentle}; }
+
+void print_head(std::FILE* to, const TouchScenario& scenario, const TouchVerdict& verdict, std::string_view done) {
+  say(to, "{}: {}\n", scenario.arm.name,
+      verdict.status != Status::Solved ? std::string(core::to_string(verdict.status))
+      : !verdict.reached               ? "gave up, " + verdict.reason
+                                       : fmt::format("{}, forces {}", done, verdict.bounded ? "bounded" : "above their bound"));
+}
+
+json report_head(const TouchScenario& scenario, const TouchVerdict& verdict, const execution::ControlRunResult& run, std::uint64_t seed,
+                 double wall_s) {
+  return {{"status", verdict.status != Status::Solved ? std::string(core::to_string(verdict.status))
+                     : !verdict.reached               ? verdict.given_up
+                     : verdict.bounded                ? "Passed"
+                                                      : "Failed"},
+          {"scenario", scenario.arm.name},
+          {"seed", seed},
+          {"wall_s", wall_s},
+          {"message", verdict.reason},
+          {"duration_s", static_cast<double>(run.samples.size()) * scenario.arm.period},
+          {"lambda_max", scenario.arm.controller.lambda_max}};
+}
+
 void print_moves(std::FILE* to, const TouchScenario& scenario, const GuardedRunResult& r, bool gentle) {
-  const std::string verdict = r.status != Status::Solved ? std::string(core::to_string(r.status))
-                              : !r.reached               ? "gave up, " + r.reason
-                              : gentle                   ? "all moves done, forces bounded"
-                                                         : "all moves done, forces above what was asked";
-  say(to, "{}: {}\n", scenario.arm.name, verdict);
+  print_head(to, scenario, judge_moves(r, gentle), "all moves done");
   if (r.friction) {
     const auto row = [to](std::string_view name, const Eigen::VectorXd& values, std::string_view unit) {
       print_row(to, name, fmt::format("{:.3f} {}", fmt::join(values, " "), unit));
@@ -78,16 +97,7 @@ json to_json(const TouchScenario& scenario, const execution::MoveResult& move) {
 }  // namespace
 
 json report_moves(const TouchScenario& scenario, const GuardedRunResult& r, std::uint64_t seed, bool gentle, double wall_s) {
-  json out{{"status", r.status != Status::Solved ? std::string(core::to_string(r.status))
-                      : !r.reached               ? "GaveUp"
-                      : gentle                   ? "Passed"
-                                                 : "Failed"},
-           {"scenario", scenario.arm.name},
-           {"seed", seed},
-           {"wall_s", wall_s},
-           {"message", r.reason},
-           {"duration_s", static_cast<double>(r.run.samples.size()) * scenario.arm.period},
-           {"lambda_max", scenario.arm.controller.lambda_max}};
+  json out = report_head(scenario, judge_moves(r, gentle), r.run, seed, wall_s);
   if (r.friction)
     out["friction"] = {{"coulomb", std::vector<double>(r.friction->coulomb.begin(), r.friction->coulomb.end())},
                        {"viscous", std::vector<double>(r.friction->viscous.begin(), r.friction->viscous.end())},

@@ -84,6 +84,16 @@ class TemporaryFolder {
 
 }  // namespace
 
+bool make_page(const fs::path& plan, const fs::path& html, std::FILE* to, std::string_view kept, const fs::path& simulation) {
+  const bool made = run_page_maker(fs::is_directory(plan) ? plan / "plan.json" : plan, html, simulation) == 0;
+  if (made) {
+    print_row(to, "page", html.string());
+  } else {
+    say(stderr, "stiction: page: the page maker failed{}{}\n", kept.empty() ? "" : "; ", kept);
+  }
+  return made;
+}
+
 void require_page(const fs::path& html) {
   if (html.empty()) return;
   if (fs::is_directory(html)) core::throw_invalid("--html", "the folder '" + html.string() + "'", "a file to write");
@@ -94,12 +104,7 @@ bool write_page(const std::string& document, const fs::path& html, std::FILE* to
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "page.json";
   tasks::write_text(document + "\n", file);
-  if (run_page_maker(file, html) != 0) {
-    say(stderr, "stiction: page: the page maker failed\n");
-    return false;
-  }
-  print_row(to, "page", html.string());
-  return true;
+  return make_page(file, html, to, {});
 }
 
 namespace {

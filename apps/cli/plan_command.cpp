@@ -213,18 +213,10 @@ int run_plan(const PlanArguments& arguments) {
   print_summary(to, task, options, result, file);
   if (arguments.profile) print_profile(to, result.profile);
 
-  std::string page;
-  bool page_failed = false;
-  if (arguments.html && status != Status::Cancelled) {
-    const fs::path html = dir / "plan.html";
-    page_failed = run_page_maker(file, html) != 0;
-    if (page_failed) {
-      say(stderr, "stiction: page: the page maker failed; the plan itself is in {}\n", file.string());
-    } else {
-      page = html.string();
-      print_row(to, "page", page);
-    }
-  }
+  const fs::path html = dir / "plan.html";
+  const bool shown = arguments.html && status != Status::Cancelled;
+  const bool page_failed = shown && !make_page(file, html, to, "the plan itself is in " + file.string());
+  const std::string page = shown && !page_failed ? html.string() : "";
   if (arguments.json) say(stdout, "{}\n", to_json(task, result, file, page, findings).dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status != Status::Solved) return kNotSolved;

@@ -128,16 +128,9 @@ int run_refine(const RefineArguments& arguments) {
   std::FILE* const to = people(arguments.json);
   print_summary(to, file, result, trajectory, target);
 
-  std::string page;
-  bool page_failed = false;
-  if (arguments.html && status != Status::Cancelled) {
-    page = (dir / "plan.html").string();
-    page_failed = run_page_maker(target, page) != 0;
-    print_row(to, "page", page_failed ? "the page maker failed" : page);
-  }
-  if (arguments.json) {
-    say(stdout, "{}\n", report(file, result, trajectory, dir).dump());
-  }
+  const bool shown = arguments.html && status != Status::Cancelled;
+  const bool page_failed = shown && !make_page(target, dir / "plan.html", to, "the plan itself is in " + target.string());
+  if (arguments.json) say(stdout, "{}\n", report(file, result, trajectory, dir).dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations || status == Status::NumericalFailure) return kNotSolved;
   return page_failed ? kInternalError : kDone;

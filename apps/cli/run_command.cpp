@@ -18,6 +18,7 @@
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/touch_first.hpp"
 #include "stiction/tasks/touch_scenario_file.hpp"
+#include "stiction/tasks/unplanned.hpp"
 
 namespace stiction::app {
 namespace {
@@ -278,14 +279,11 @@ void print_summary(std::FILE* to, const Given& given, const execution::RunResult
 /// Of an object that fingers turned without a plan: where that began, and the command that was in force.
 std::optional<planning::PlanResult> turned_in_hand(const Given& given, const execution::RunResult& r) {
   if (r.pieces.empty() || r.q.cols() == 0) return std::nullopt;
-  planning::PlanResult out;
-  out.status = core::Status::MaxIterations;
+  tasks::Task task = given.task;
+  task.options = given.options;
+  task.problem.q_start = r.q.col(0);
+  planning::PlanResult out = tasks::make_commanded(task, Eigen::MatrixXd(r.u.rows(), 0), r.u.col(0));
   out.seed = given.options.seed;
-  out.plan.q_start = r.q.col(0), out.plan.u_start = r.u.col(0);
-  out.plan.segments.push_back({planning::SegmentKind::Contact, {{.u = out.plan.u_start, .q = out.plan.q_start, .contacts = {}}}});
-  out.plan.goal = given.task.problem.goal;
-  out.plan.step = given.options.step_options(*given.task.model);
-  out.plan.error = planning::goal_error(*given.task.model, out.plan.q_start, out.plan.goal);
   return out;
 }
 
@@ -322,11 +320,7 @@ bool write(const Given& given, const execution::RunResult& r, const Recorder& re
   out["run"] = target.string();
   if (!arguments.html || r.end == RunEnd::Cancelled) return true;
   const fs::path html = dir / "run.html";
-  if (run_page_maker(fs::is_directory(plan) ? plan / "plan.json" : plan, html, target) != 0) {
-    say(stderr, "stiction: page: the page maker failed; the run itself is in {}\n", target.string());
-    return false;
-  }
-  print_row(to, "page", html.string());
+  if (!make_page(plan, html, to, "the run itself is in " + target.string(), target)) return false;
   out["page"] = html.string();
   return true;
 }

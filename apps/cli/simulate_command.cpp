@@ -186,21 +186,13 @@ int run_simulate(const SimulateArguments& arguments) {
     out["simulation"] = target.string();
     if (arguments.html && status == Status::Solved) {
       const fs::path html = dir / "simulation.html";
-      page_failed = run_page_maker(fs::is_directory(path) ? path / "plan.json" : path, html, target) != 0;
-      if (page_failed) {
-        say(stderr, "stiction: page: the page maker failed; the simulation itself is in {}\n", target.string());
-      } else {
-        print_row(to, "page", html.string());
-        out["page"] = html.string();
-      }
+      page_failed = !make_page(path, html, to, "the simulation itself is in " + target.string(), target);
+      if (!page_failed) out["page"] = html.string();
     }
   }
   if (arguments.json) say(stdout, "{}\n", out.dump());
-  if (status == Status::Cancelled) return kInterrupted;
-  if (status == Status::MaxIterations) return kNotSolved;
-  if (page_failed) return kInternalError;
-  if (result.reached) return kDone;
-  return file.status == Status::Solved ? kCheckFailed : kNotSolved;
+  const ExitCode code = exit_code(status, page_failed, result.reached);
+  return code == kCheckFailed && file.status != Status::Solved ? kNotSolved : code;
 }
 
 }  // namespace

@@ -47,16 +47,13 @@ void print_touch(std::FILE* to, const TouchScenario& scenario, const execution::
       p.y(), p.z(), off, touch.force, 100 * touch.radius);
 }
 
-/// What became of the run, in words.
-std::string verdict(const TouchRunResult& r, bool bounded) {
-  if (r.status != Status::Solved) return std::string(core::to_string(r.status));
-  if (r.outcome != TouchOutcome::Reached) return "gave up, " + r.reason;
-  return bounded ? "reached its goal, forces bounded" : "reached its goal, forces above their bound";
+TouchVerdict judge(const TouchRunResult& r, bool bounded) {
+  return {r.status, r.outcome == TouchOutcome::Reached, std::string(execution::to_string(r.outcome)), r.reason, bounded};
 }
 
 void print_summary(std::FILE* to, const TouchScenario& scenario, const TouchRunResult& r, bool bounded) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  say(to, "{}: {}\n", scenario.arm.name, verdict(r, bounded));
+  print_head(to, scenario, judge(r, bounded), "reached its goal");
   if (r.status == Status::NumericalFailure) row("simulation", r.reason);
   row("touched", fmt::format("{} times", r.touches.size()));
   for (const auto& touch : r.touches) print_touch(to, scenario, touch);
@@ -82,24 +79,15 @@ json to_json(const TouchScenario& scenario, const execution::Touch& touch) {
           {"error", std::isfinite(touch.error) ? json(touch.error) : json()}};
 }
 
-json report(const TouchScenario& scenario, const TouchRunResult& r, std::uint64_t seed, bool passes, double wall_s) {
-  json out{{"status", r.status != Status::Solved           ? std::string(core::to_string(r.status))
-                      : r.outcome != TouchOutcome::Reached ? std::string(execution::to_string(r.outcome))
-                      : passes                             ? "Passed"
-                                                           : "Failed"},
-           {"scenario", scenario.arm.name},
-           {"seed", seed},
-           {"wall_s", wall_s},
-           {"message", r.reason},
-           {"duration_s", static_cast<double>(r.run.samples.size()) * scenario.arm.period},
-           {"goal_error", r.goal_error},
-           {"lambda_max", scenario.arm.controller.lambda_max},
-           {"peak_force", r.run.peak_force},
-           {"settled_peak", r.run.settled_peak},
-           {"mean_force", r.run.mean_force},
-           {"contacts_made", r.run.makes},
-           {"unsolved_ticks", r.run.unsolved_ticks},
-           {"sense_median_s", r.run.sense_median_s}};
+json report(const TouchScenario& scenario, const TouchRunResult& r, std::uint64_t seed, bool bounded, double wall_s) {
+  json out = report_head(scenario, judge(r, bounded), r.run, seed, wall_s);
+  out.update({{"goal_error", r.goal_error},
+              {"peak_force", r.run.peak_force},
+              {"settled_peak", r.run.settled_peak},
+              {"mean_force", r.run.mean_force},
+              {"contacts_made", r.run.makes},
+              {"unsolved_ticks", r.run.unsolved_ticks},
+              {"sense_median_s", r.run.sense_median_s}});
   out["touches"] = out["routes"] = json::array();
   for (const auto& touch : r.touches) out["touches"].push_back(to_json(scenario, touch));
   for (const auto& planned : r.routes)
@@ -112,28 +100,32 @@ json report(const TouchScenario& scenario, const TouchRunResult& r, std::uint64_
   return out;
 }
 
+/// Page, object and exit code of a run that has printed its summary.
+int finish(const TouchArguments& arguments, const TouchVerdict& verdict, const execution::ControlRunResult& run,
+           const std::function<std::string()>& document, std::FILE* to, json out) {
+  const bool shown = !arguments.html.empty() && !run.samples.empty();
+  const bool page_failed = shown && !write_page(document(), arguments.html, to);
+  if (shown && !page_failed) out["page"] = arguments.html;
+  if (arguments.json) say(stdout, "{}\n", out.dump());
+  const ExitCode code = exit_code(verdict.status, page_failed, verdict.passes());
+  return code == kDone && !verdict.reached ? kNotSolved : code;
+}
+
 int run_moves(const TouchScenario& scenario, const TouchArguments& arguments, const execution::TouchRunOptions& options) {
   const auto started = core::RunControl::Clock::now();
   GuardedRunResult result;
-  const Status status = execution::run_guarded(scenario, options, result);
-  const bool gentle = is_gentle(scenario, result, arguments.tolerance);
+  (void)execution::run_guarded(scenario, options, result);
   const double wall_s = core::seconds_since(started);
+  const bool gentle = is_gentle(scenario, result, arguments.tolerance);
   std::FILE* const to = people(arguments.json);
   print_moves(to, scenario, result, gentle);
-  json out = report_moves(scenario, result, options.seed, gentle, wall_s);
-  bool page_failed = false;
-  if (!arguments.html.empty() && !result.run.samples.empty()) {
+  const auto document = [&] {
     execution::ControlScenario arm = scenario.arm;
     arm.model = result.world;
-    page_failed = !write_page(control_document(arm, result.run, "contact_aware"), arguments.html, to);
-    if (!page_failed) out["page"] = arguments.html;
-  }
-  if (arguments.json) say(stdout, "{}\n", out.dump());
-  if (status == Status::Cancelled) return kInterrupted;
-  if (status == Status::MaxIterations) return kNotSolved;
-  if (page_failed) return kInternalError;
-  if (status != Status::Solved || !gentle) return kCheckFailed;
-  return result.reached ? kDone : kNotSolved;
+    return control_document(arm, result.run, "contact_aware");
+  };
+  return finish(arguments, judge_moves(result, gentle), result.run, document, to,
+                report_moves(scenario, result, options.seed, gentle, wall_s));
 }
 
 int run_touch_command(const TouchArguments& arguments) {
@@ -147,24 +139,14 @@ int run_touch_command(const TouchArguments& arguments) {
   if (!scenario.moves.empty()) return run_moves(scenario, arguments, options);
   const auto started = core::RunControl::Clock::now();
   TouchRunResult result;
-  const Status status = execution::run_touch(scenario, options, result);
+  (void)execution::run_touch(scenario, options, result);
   const double wall_s = core::seconds_since(started);
   const bool bounded =
       result.run.unsolved_ticks == 0 && result.run.settled_peak <= (1 + arguments.tolerance) * scenario.arm.controller.lambda_max;
   std::FILE* const to = people(arguments.json);
   print_summary(to, scenario, result, bounded);
-  json out = report(scenario, result, options.seed, bounded, wall_s);
-  bool page_failed = false;
-  if (!arguments.html.empty() && !result.run.samples.empty()) {
-    page_failed = !write_page(touch_document(scenario, result), arguments.html, to);
-    if (!page_failed) out["page"] = arguments.html;
-  }
-  if (arguments.json) say(stdout, "{}\n", out.dump());
-  if (status == Status::Cancelled) return kInterrupted;
-  if (status == Status::MaxIterations) return kNotSolved;
-  if (page_failed) return kInternalError;
-  if (status != Status::Solved || !bounded) return kCheckFailed;
-  return result.outcome == TouchOutcome::Reached ? kDone : kNotSolved;
+  const auto document = [&] { return touch_document(scenario, result); };
+  return finish(arguments, judge(result, bounded), result.run, document, to, report(scenario, result, options.seed, bounded, wall_s));
 }
 
 }  // namespace

@@ -113,7 +113,8 @@ void bind_guarded(nb::module_& m) {
       .def_prop_ro("reason", of(&GuardedRunResult::reason), "why not, or what the simulation said")
       .def_ro("moves", &GuardedResult::moves, "those that were begun")
       .def_prop_ro("places", &calc_places, "of fixed bodies that were felt, where the arm now knows them to be: name, pose in W")
-      .def_prop_ro("friction", of(&GuardedRunResult::friction), "of the joints, as a motion before the moves showed it; None: not asked for")
+      .def_prop_ro("friction", of(&GuardedRunResult::friction),
+                   "of the joints, as a motion before the moves showed it; None: not asked for")
       .def_prop_ro("run", of(&GuardedRunResult::run), "series and forces of the whole run")
       .def_prop_ro("world", of(&GuardedRunResult::world), "what was simulated")
       .def_prop_ro("model", of(&GuardedRunResult::model), "what the arm knows at the end")

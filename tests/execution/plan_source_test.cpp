@@ -48,12 +48,12 @@ TEST(PlanSource, StartThatRestsWithTheFrictionOfTheSceneAlone_SlipsInAPlanWithLe
   const RunSpeeds speeds = calc_run_speeds(*slope.problem.model, 0);
   PlanSource source(slope.problem, slope.options, slope.how, speeds);
   const VectorXd u = slope.problem.q_start.tail(2);
-  const Answer less = source.ask(slope.problem.q_start, u, 0, 0.7, false, {});
+  const Answer less = source.ask({.q = slope.problem.q_start, .u = u, .friction = 0.7}, {});
   EXPECT_TRUE(less.slips);
   EXPECT_NEAR(less.result.start_moved, 0.05, 1e-3) << "as far as the stop";
   EXPECT_FALSE(less.trajectory) << "it begins where the object came to";
   EXPECT_NE(less.result.reason.find("the object does not rest at the start: it moves by"), std::string::npos) << less.result.reason;
-  EXPECT_FALSE(source.ask(slope.problem.q_start, u, 0, 1, false, {}).slips);
+  EXPECT_FALSE(source.ask({.q = slope.problem.q_start, .u = u}, {}).slips);
 }
 
 TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
@@ -73,17 +73,17 @@ TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
   PlanSource source(problem, options, how, speeds);
   const VectorXd u = problem.q_start.tail(2);
   EXPECT_EQ(source.found(), 0);
-  const Answer near = source.ask(problem.q_start, u, 0, 1, true, {});  // before any other a search is not cut off by one
+  const Answer near = source.ask({.q = problem.q_start, .u = u, .is_short = true}, {});  // before any other a search is not cut off by one
   ASSERT_EQ(near.result.status, core::Status::Solved) << near.result.reason;
   EXPECT_EQ(source.found(), 1);
   VectorXd far = problem.q_start;
   far.head<2>() += Eigen::Vector2d(300, 300);
   far.tail<2>() += Eigen::Vector2d(300, 300);
-  const Answer cut = source.ask(far, far.tail(2), 1, 1, true, {});
+  const Answer cut = source.ask({.q = far, .u = far.tail(2), .number = 1, .is_short = true}, {});
   EXPECT_EQ(cut.result.status, core::Status::MaxIterations);
   EXPECT_EQ(cut.result.iterations, std::max<long>(200, 2 * near.result.iterations));
   EXPECT_FALSE(cut.trajectory) << "it comes nearer, but there is a way to start better";
-  const Answer whole = source.ask(far, far.tail(2), 2, 1, false, {});
+  const Answer whole = source.ask({.q = far, .u = far.tail(2), .number = 2}, {});
   EXPECT_EQ(whole.result.iterations, 3000);
 }
 
@@ -102,7 +102,7 @@ TEST(PlanSource, PlanThatBringsTheObjectNoNearer_IsGivenUp) {
   const RunSpeeds speeds = calc_run_speeds(*problem.model, 0);
   PlanSource stuck(problem, options, how, speeds), moving(problem, options, how, speeds);
   (void)stuck.take(plan), (void)moving.take(plan);
-  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(stuck.ask(plan.q_start, plan.u_start, k, 1, false, {}).joined, k < 3) << k;
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(stuck.ask({.q = plan.q_start, .u = plan.u_start, .number = k}, {}).joined, k < 3) << k;
 
   std::size_t k = 0;
   double nearest = 1e9;
@@ -110,7 +110,7 @@ TEST(PlanSource, PlanThatBringsTheObjectNoNearer_IsGivenUp) {
     const double share = planning::goal_error(*problem.model, knot.q, problem.goal).share(problem.goal);
     if (share > nearest - 1.1 || share < 1) continue;
     nearest = share;
-    EXPECT_TRUE(moving.ask(knot.q, knot.u, k++, 1, false, {}).joined) << share << " tolerances from the goal";
+    EXPECT_TRUE(moving.ask({.q = knot.q, .u = knot.u, .number = k++}, {}).joined) << share << " tolerances from the goal";
   }
   EXPECT_GE(k, 4U) << "more often than in vain";
 }

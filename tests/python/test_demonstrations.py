@@ -120,20 +120,20 @@ def test_planner_goes_on_where_the_object_is_lost(task: st.Task, write: Callable
 
 
 def test_noise_of_single_frames_is_smoothed_and_a_straight_motion_stays(task: st.Task, write: Callable[..., Path]) -> None:
-    from stiction.demonstrations import _calm, _smooth
+    from stiction._demonstration_reference import _smooth, calm
 
     time = np.sort(np.random.default_rng(3).uniform(0, 2, 90))
     line = np.column_stack([1 + 2 * time, -time])
     np.testing.assert_allclose(_smooth(time, line), line, atol=1e-9, err_msg="also at its ends, and between times that are not equal")
     noise = np.random.default_rng(4).normal(0, 0.01, line.shape)
     assert np.abs(_smooth(time, line + noise) - line).std() < 0.5 * noise.std()
-    assert _calm(st.read_demonstration(write(), task)).notes == [], "a plan does not shake"
+    assert calm(st.read_demonstration(write(), task)).notes == [], "a plan does not shake"
     time = np.linspace(0, 6, 181)
     still = np.sin(time)[:, None] * [0.3, -0.2, 0.1, 0.3] + task.q_start[-4:]
     poses = np.tile([0, 0, 0.35, 0, 0, 0, 1.0], (181, 1, 1))
-    calm = _calm(Demonstration(time, still + np.random.default_rng(5).normal(0, 0.01, still.shape), None, poses))
-    assert calm.notes == ["joints shake from one time to the next: everything is smoothed over 0.16 s"]
-    assert np.abs(calm.joints - still).std() < 0.005 and np.allclose(calm.poses, poses), "less than half of the noise is left"
+    smooth = calm(Demonstration(time, still + np.random.default_rng(5).normal(0, 0.01, still.shape), None, poses))
+    assert smooth.notes == ["joints shake from one time to the next: everything is smoothed over 0.16 s"]
+    assert np.abs(smooth.joints - still).std() < 0.005 and np.allclose(smooth.poses, poses), "less than half of the noise is left"
 
 
 def test_demonstration_without_a_hold_is_not_called_complete() -> None:

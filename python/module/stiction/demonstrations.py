@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-import csv
 import math
-import os
 import re
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import _command
-from ._core import DofKind, InvalidInput, Model, Plan, Status, Task, check_plan, load_task, optimize, plan, refine
+from ._core import DofKind, Plan, Status, Task, check_plan, load_task, optimize, plan, refine
+from ._demonstration_file import ANGLES, UNITS, by_kind
+from ._demonstration_file import Demonstration as Demonstration
+from ._demonstration_file import read_demonstration as read_demonstration
+from ._demonstration_reference import STEP_PRISMATIC, STEP_REVOLUTE, Reference, calm, goal_of, off_by
 from ._files import require_folder
-from .exports import POSE, poses_of_objects
 
-UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2}
-ANGLES = {"rad": 1.0, "deg": math.pi / 180}
-FAST_OBJECT, FAST_TURN, FAST_REVOLUTE, FAST_PRISMATIC = 5.0, 50.0, 20.0, 5.0  # no hand moves faster [m/s], [rad/s]: such a change is a jump
-STEP_REVOLUTE, STEP_PRISMATIC = 0.03, 0.01  # of a command between two times of a reference [rad], [m]
-MOST_TIMES = 2000
-SHAKING = 1.5  # times the way of joints that are smoothed: they shake
-SMOOTHING_S = 0.08  # standard deviation of the weights of what is smoothed [s]
 WINDOW, KEPT = 16, 4  # times that are optimised at once, and of these the ones that are kept
 ITERATIONS = 6
 SETTLING = 20  # steps that the object has to come to rest at the start
@@ -40,17 +34,6 @@ PLANS = 3  # to one pose
 PLAN_S = 10.0  # for one of them [s]
 ARRIVED = 0.8  # of a tolerance
 HALF = 0.5  # of a demonstration: an object that is lost before is lost in finer steps as well
-
-
-@dataclass(frozen=True)
-class Demonstration:
-    """Joints and objects over time, by the names and units of a model."""
-
-    time: np.ndarray  # (times) [s], increasing
-    joints: np.ndarray  # (times, n_a) [rad or m]
-    commands: np.ndarray | None  # the same, as the robot was commanded
-    poses: np.ndarray  # (times, objects, 7): x y z [m] qx qy qz qw, in the world
-    notes: list[str] = field(default_factory=list)  # what was read otherwise than it stands
 
 
 @dataclass(frozen=True)
@@ -100,191 +83,6 @@ class Repair:
         return out
 
 
-# ---- reading
-
-
-def read_demonstration(file: str | os.PathLike[str], task: Task, *, unit: str = "m", angle: str = "rad") -> Demonstration:
-    """A demonstration from a table (.csv) or arrays (.npz), as `stiction export` writes them.
-
-      csv: a column time_s, q_JOINT or JOINT for every joint (ROBOT/ may be left out where that is clear), for every object OBJECT_x … OBJECT_qw; q_cmd_JOINT
-        of commands if there are. Other columns are not read.
-      npz: time, q (times, joints) with joints (names), poses (times, objects, 7) with objects; q_cmd if there is.
-      unit, angle: of lengths (m, cm, mm) and angles (rad, deg) in the file.
-
-    Raises InvalidInput: what is missing, times that do not increase, quaternions that are none, jumps, units that cannot be meant.
-    """
-    path = Path(file)
-    if unit not in UNITS or angle not in ANGLES:
-        raise InvalidInput(f"unit, angle: got '{unit}', '{angle}', expected one of {', '.join(UNITS)} and of {', '.join(ANGLES)}")
-    readers: dict[str, Callable[[Path, Task], tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray, list[str]]]] = {".csv": _read_csv, ".npz": _read_npz}
-    if path.suffix not in readers:
-        raise InvalidInput(f"{path}: got the ending '{path.suffix}', expected .csv or .npz")
-    time, joints, commands, poses, notes = readers[path.suffix](path, task)
-    scale = np.array([UNITS[unit] if dof.kind == DofKind.Prismatic else ANGLES[angle] for dof in _joints(task)])
-    poses = poses.copy()
-    poses[..., :3] *= UNITS[unit]
-    out = Demonstration(time, joints * scale, None if commands is None else commands * scale, _normal(poses, path), notes)
-    _check(out, path, task)
-    return out
-
-
-def _joints(task: Task) -> list[Any]:
-    return task.model.dofs[-task.model.n_a :]
-
-
-def _find_joints(names: Sequence[str], task: Task, place: str) -> tuple[list[int], list[str]]:
-    """Columns of the joints of the model, in its order, among the names of a file."""
-    known = task.model.joint_names
-    short = [name.split("/", 1)[1] for name in known]
-    columns = []
-    for name, plain in zip(known, short):
-        fitting = [i for i, given in enumerate(names) if given == name or (given == plain and short.count(plain) == 1)]
-        if len(fitting) != 1:
-            found = f"{len(fitting)} columns" if fitting else "none"
-            raise InvalidInput(f"{place}: joint {name}: got {found}, expected one of that name; the file has {', '.join(names) or 'no names'}")
-        columns.append(fitting[0])
-    in_order = columns == sorted(columns)
-    return columns, [] if in_order else [f"joints are taken by their names, which stand in another order than in the model: {', '.join(names[i] for i in sorted(columns))}"]
-
-
-def _read_csv(file: Path, task: Task) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray, list[str]]:
-    try:
-        with file.open(encoding="utf-8-sig", newline="") as text:
-            rows = [row for row in csv.reader(text) if row]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"{file}: cannot be read ({error}), expected a table") from None
-    if len(rows) < 3:
-        raise InvalidInput(f"{file}: got {max(len(rows) - 1, 0)} rows of numbers, expected a head and at least two")
-    head = [name.strip() for name in rows[0]]
-
-    def column(name: str, index: int) -> np.ndarray:
-        values = np.empty(len(rows) - 1)
-        for k, row in enumerate(rows[1:]):
-            try:
-                values[k] = float(row[index])
-            except (ValueError, IndexError):
-                given = row[index] if index < len(row) else "nothing"
-                raise InvalidInput(f"{file}:{k + 2}: {name}: got '{given}', expected a number") from None
-        return values
-
-    if "time_s" not in head:
-        raise InvalidInput(f"{file}: time_s: got no such column, expected the time [s]; the file has {', '.join(head)}")
-    named = {re.sub(r"^q_(?!cmd_)", "", name): i for i, name in enumerate(head) if not name.startswith(("q_cmd_", "velocity_", "torque_"))}
-    names = [name for name in named if name != "time_s"]
-    columns, notes = _find_joints(names, task, str(file))
-    joints = np.column_stack([column(names[i], named[names[i]]) for i in columns])
-    wanted = [f"q_cmd_{names[i]}" for i in columns]
-    commands = np.column_stack([column(name, head.index(name)) for name in wanted]) if all(name in head for name in wanted) else None
-    poses = np.empty((len(joints), len(task.model.object_names), len(POSE)))
-    for k, name in enumerate(task.model.object_names):
-        for i, axis in enumerate(POSE):
-            if f"{name}_{axis}" not in head:
-                raise InvalidInput(f"{file}: {name}_{axis}: got no such column, expected the pose of the object as {', '.join(f'{name}_{a}' for a in POSE)}")
-            poses[:, k, i] = column(f"{name}_{axis}", head.index(f"{name}_{axis}"))
-    return column("time_s", head.index("time_s")), joints, commands, poses, notes
-
-
-def _read_npz(file: Path, task: Task) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray, list[str]]:
-    try:
-        with np.load(file, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in data.files}
-    except (OSError, ValueError) as error:
-        raise InvalidInput(f"{file}: cannot be read ({error}), expected arrays") from None
-    model = task.model
-    for name in ("time", "q", "joints", "poses", "objects"):
-        if name not in arrays:
-            raise InvalidInput(f"{file}: {name}: got none, expected arrays time, q, joints, poses, objects; the file has {', '.join(arrays) or 'nothing'}")
-    columns, notes = _find_joints([str(name) for name in arrays["joints"]], task, str(file))
-    time, objects = np.asarray(arrays["time"], dtype=float), [str(name) for name in arrays["objects"]]
-    missing = [name for name in model.object_names if name not in objects]
-    if missing:
-        raise InvalidInput(f"{file}: objects: got {', '.join(objects)}, expected also {', '.join(missing)}")
-    shapes = {"q": (len(time), len(arrays["joints"])), "poses": (len(time), len(objects), len(POSE))}
-    for name, shape in shapes.items():
-        if arrays[name].shape != shape:
-            raise InvalidInput(f"{file}: {name}: got the shape {arrays[name].shape}, expected {shape}")
-    commands = arrays.get("q_cmd")
-    poses = np.asarray(arrays["poses"], dtype=float)[:, [objects.index(name) for name in model.object_names]]
-    return time, np.asarray(arrays["q"], dtype=float)[:, columns], None if commands is None else np.asarray(commands, dtype=float)[:, columns], poses, notes
-
-
-def _normal(poses: np.ndarray, file: Path) -> np.ndarray:
-    """With unit quaternions that do not change their sign from one time to the next."""
-    length = np.linalg.norm(poses[..., 3:], axis=2)
-    off = np.argwhere(~(np.abs(length - 1) < 0.02))
-    if len(off):
-        k, i = off[0]
-        raise InvalidInput(f"{file}: time {k}: quaternion of object {i}: got length {length[k, i]:.3g}, expected 1, as qx, qy, qz, qw")
-    poses[..., 3:] /= length[..., None]
-    for k in range(1, len(poses)):
-        flipped = np.sum(poses[k, :, 3:] * poses[k - 1, :, 3:], axis=1) < 0
-        poses[k, flipped, 3:] *= -1
-    return poses
-
-
-def _check(demonstration: Demonstration, file: Path, task: Task) -> None:
-    time, joints, poses = demonstration.time, demonstration.joints, demonstration.poses
-    for name, values in (("time_s", time), ("joints", joints), ("poses", poses), ("commands", demonstration.commands)):
-        if values is not None and not np.isfinite(values).all():
-            raise InvalidInput(f"{file}: {name}: got a number that is not finite at time {int(np.argwhere(~np.isfinite(values))[0][0])}, expected numbers")
-    if len(time) < 2 or (np.diff(time) <= 0).any():
-        k = int(np.argmax(np.diff(time) <= 0)) if len(time) > 1 else 0
-        raise InvalidInput(f"{file}: time_s: got {time[min(k + 1, len(time) - 1)]:g} after {time[k]:g}, expected times that increase")
-    _check_units(demonstration, file, task)
-    _check_jumps(demonstration, file, task)
-    _check_limits(demonstration, file, task)
-
-
-def _check_units(demonstration: Demonstration, file: Path, task: Task) -> None:
-    """Lengths a thousand times too large, angles in degrees: what fits the task once it is divided."""
-    start = poses_of_objects(task.model, task.q_start[None])[0, :, :3]
-    size = max(1.0, float(np.abs(start).max()))
-    largest = float(np.median(np.abs(demonstration.poses[..., :3]).max(axis=(1, 2))))
-    if largest > 20 * size and largest / 1000 < 20 * size:
-        raise InvalidInput(f"{file}: got positions of {largest:.0f} m, where the task has {size:.2g} m; are they millimetres? --unit mm (unit='mm') reads them")
-    if largest > 20 * size:
-        raise InvalidInput(f"{file}: got positions of {largest:.0f} m, expected metres near those of the task, {size:.2g} m")
-    revolute = np.array([dof.kind == DofKind.Revolute for dof in _joints(task)])
-    angles = np.abs(demonstration.joints[:, revolute])
-    if angles.size and angles.max() > 4 * math.pi:
-        raise InvalidInput(f"{file}: got joint angles of {angles.max():.0f} rad; are they degrees? --angle deg (angle='deg') reads them")
-
-
-def _check_limits(demonstration: Demonstration, file: Path, task: Task) -> None:
-    model = task.model
-    room = np.array([0.05 if dof.kind == DofKind.Revolute else 0.01 for dof in _joints(task)])  # a measured joint may be a little beyond
-    beyond = (demonstration.joints < model.lower - room) | (demonstration.joints > model.upper + room)
-    if beyond.any():
-        k, j = map(int, np.argwhere(beyond)[0])
-        value, name = demonstration.joints[k, j], model.joint_names[j]
-        raise InvalidInput(
-            f"{file}: {name}: got {value:.3f} at {demonstration.time[k]:.2f} s, expected {model.lower[j]:.3f} to {model.upper[j]:.3f}; are joints in another order than their names say?"
-        )
-
-
-def _check_jumps(demonstration: Demonstration, file: Path, task: Task) -> None:
-    dt = np.diff(demonstration.time)
-    fastest = np.array([FAST_REVOLUTE if dof.kind == DofKind.Revolute else FAST_PRISMATIC for dof in _joints(task)])
-    speed = np.abs(np.diff(demonstration.joints, axis=0)) / dt[:, None]
-    if (speed > fastest).any():
-        k, j = map(int, np.argwhere(speed > fastest)[0])
-        change = demonstration.joints[k + 1, j] - demonstration.joints[k, j]
-        raise InvalidInput(f"{file}: {task.model.joint_names[j]}: got a jump by {change:.3f} between {demonstration.time[k]:.3f} s and {demonstration.time[k + 1]:.3f} s, expected a motion")
-    p, rotation = demonstration.poses[..., :3], demonstration.poses[..., 3:]
-    moved = np.linalg.norm(np.diff(p, axis=0), axis=2)
-    turned = 2 * np.arccos(np.clip(np.abs(np.sum(rotation[1:] * rotation[:-1], axis=2)), 0, 1))
-    jumps = np.argwhere((moved > FAST_OBJECT * dt[:, None]) | (turned > FAST_TURN * dt[:, None]))
-    if len(jumps):
-        k, i = map(int, jumps[0])
-        raise InvalidInput(
-            f"{file}: {task.model.object_names[i]}: got a jump by {moved[k, i]:.3f} m and {turned[k, i]:.2f} rad between {demonstration.time[k]:.3f} s and "
-            f"{demonstration.time[k + 1]:.3f} s, expected a motion; was the object lost from sight?"
-        )
-
-
-# ---- repairing
-
-
 def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0, threads: int = 0, on_progress: Callable[[float], bool | None] | None = None) -> Repair:
     """A plan that follows the demonstration and obeys contact: nothing penetrates, forces are in their cones and within the motors.
 
@@ -295,7 +93,7 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
     Raises InvalidInput.
     """
     begin = clock.monotonic()
-    demonstration = _calm(demonstration)
+    demonstration = calm(demonstration)
     best: Repair | None = None
     going_on = True
 
@@ -306,7 +104,7 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
         nonlocal going_on
         going_on = on_progress is None or on_progress(followed.share) is not False
 
-    def plan_on(reference: _Reference, followed: _Follower) -> None:
+    def plan_on(reference: Reference, followed: _Follower) -> None:
         nonlocal best
         if best is None or best.holds or not going_on or left() < 0 or not followed.cut():
             return
@@ -315,10 +113,10 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
                 tell(followed)
         best = _better(best, _result(reference, followed, demonstration, clock.monotonic() - begin))
 
-    tracked: list[tuple[_Reference, _Follower]] = []
-    finest: _Reference | None = None
+    tracked: list[tuple[Reference, _Follower]] = []
+    finest: Reference | None = None
     for fineness in FINENESS:
-        reference = _Reference(task, demonstration, fineness)
+        reference = Reference(task, demonstration, fineness)
         if best is not None and (best.holds or not going_on or left() < 0 or finest is None or len(reference.q) == len(finest.q)):
             break
         finest, followed = reference, _Follower(reference, threads)
@@ -340,115 +138,10 @@ def _better(best: Repair | None, tried: Repair) -> Repair:
     return tried if best is None or tried.rank < best.rank else best
 
 
-def _calm(demonstration: Demonstration) -> Demonstration:
-    """Without the noise of single frames, where joints go back and forth much more than forward; else as it is."""
-    smooth = _smooth(demonstration.time, demonstration.joints)
-
-    def way(joints: np.ndarray) -> float:
-        return float(np.abs(np.diff(joints, axis=0)).sum())
-
-    if way(demonstration.joints) <= SHAKING * way(smooth):
-        return demonstration
-    poses = _smooth(demonstration.time, demonstration.poses.reshape(len(demonstration.time), -1)).reshape(demonstration.poses.shape)
-    poses[..., 3:] /= np.linalg.norm(poses[..., 3:], axis=2, keepdims=True)
-    note = f"joints shake from one time to the next: everything is smoothed over {2 * SMOOTHING_S:.2f} s"
-    commands = None if demonstration.commands is None else _smooth(demonstration.time, demonstration.commands)
-    return replace(demonstration, joints=smooth, poses=poses, commands=commands, notes=[*demonstration.notes, note])
-
-
-def _smooth(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """At each time the line that fits the values around it best; a motion that is straight stays as it is, also at its ends."""
-    out = np.empty_like(values)
-    for k, t in enumerate(time):
-        first, last = np.searchsorted(time, [t - 3 * SMOOTHING_S, t + 3 * SMOOTHING_S])
-        x = time[first:last] - t
-        w = np.exp(-0.5 * (x / SMOOTHING_S) ** 2)
-        s0, s1, s2 = w.sum(), (w * x).sum(), (w * x * x).sum()
-        share = s0 * s2 - s1 * s1
-        weights = w * (s2 - s1 * x) / share if share > 1e-9 * s0 * s2 and len(x) > 2 else w / s0
-        out[k] = weights @ values[first:last]
-    return out
-
-
-class _Reference:
-    """The demonstration at times between which no command moves farther than a sub-step, as configurations of the model."""
-
-    def __init__(self, task: Task, demonstration: Demonstration, fineness: int) -> None:
-        model = task.model
-        largest = np.array([STEP_REVOLUTE if dof.kind == DofKind.Revolute else STEP_PRISMATIC for dof in _joints(task)]) / fineness
-        parts = np.abs(np.diff(demonstration.joints, axis=0) / largest).max(axis=1)
-        way = np.concatenate([[0], np.cumsum(np.maximum(parts, 1e-3))])  # in largest moves of a joint; where joints rest time goes by quickly
-        count = min(max(math.ceil(way[-1] - 1e-9), 2), MOST_TIMES)
-        self.times = np.interp(np.linspace(0, way[-1], count + 1), way, demonstration.time)
-
-        def at_times(values: np.ndarray) -> np.ndarray:
-            return np.column_stack([np.interp(self.times, demonstration.time, column) for column in values.reshape(len(values), -1).T])
-
-        joints = np.clip(at_times(demonstration.joints), model.lower, model.upper)
-        self.commands = joints if demonstration.commands is None else np.clip(at_times(demonstration.commands), model.lower, model.upper)
-        poses = at_times(demonstration.poses).reshape(len(self.times), -1, len(POSE))
-        poses[..., 3:] /= np.linalg.norm(poses[..., 3:], axis=2, keepdims=True)
-        states = [_configuration(model, task.q_start, poses[0], joints[0])]
-        for pose, q in zip(poses[1:], joints[1:]):
-            states.append(_configuration(model, states[-1], pose, q))
-        self.q = np.vstack(states)
-        self.task = task.with_(start=self.q[0], goal=_goal_of(task, self.q[-1]))
-
-
-def _configuration(model: Model, near: np.ndarray, poses: np.ndarray, joints: np.ndarray) -> np.ndarray:
-    """The configuration with these joints whose objects are nearest to the poses: Gauss-Newton on positions and rotations, from one that is near."""
-    q = near.copy()
-    q[-model.n_a :] = joints
-    for _ in range(20):
-        error = _pose_error(model, q, poses)
-        slope = np.empty((len(error), model.n_vu))
-        for k in range(model.n_vu):
-            step = np.zeros(model.n_v)
-            step[k] = 1e-6
-            slope[:, k] = (_pose_error(model, model.retract(q, step), poses) - error) / 1e-6
-        change = np.zeros(model.n_v)
-        change[: model.n_vu] = -np.linalg.lstsq(slope, error, rcond=None)[0]
-        q = model.retract(q, change)
-        if np.abs(change).max() < 1e-9:
-            break
-    return q
-
-
-def _pose_error(model: Model, q: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    out = []
-    for name, pose in zip(model.object_names, poses):
-        at = model.object_pose(q, name)
-        out += [at.p - pose[:3], 0.5 * (at.R - rotation_matrix(pose[3:])).ravel()]
-    return np.concatenate(out)
-
-
-def rotation_matrix(xyzw: np.ndarray) -> np.ndarray:
-    """Of a unit quaternion x y z w."""
-    x, y, z, w = xyzw
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def _goal_of(task: Task, q: np.ndarray) -> np.ndarray:
-    """What a task takes as the goal for where its object is at q."""
-    info = task.model.objects[task.goal.object]
-    if info.n_q != 7:
-        return q[info.q_begin : info.q_begin + info.n_q]
-    pose = task.model.object_pose(q, info.name)
-    R = pose.R
-    pitch = math.asin(float(np.clip(-R[2, 0], -1, 1)))
-    return np.array([*pose.p, math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
-
-
 class _Follower:
     """Commands so far, and where they lead in the exact model, in full steps and, as `check` takes them, in half ones."""
 
-    def __init__(self, reference: _Reference, threads: int) -> None:
+    def __init__(self, reference: Reference, threads: int) -> None:
         self._reference, self._task, self._threads = reference, reference.task, threads
         self.commands = np.empty((0, self._task.model.n_a))
         self.states = self.halves = reference.q[:1]  # after each command
@@ -520,7 +213,7 @@ class _Follower:
     def _tolerances_off(self, q: np.ndarray, index: Any) -> np.ndarray:
         """Of the object from the reference, (N)."""
         goal = self._task.goal
-        position, angle = _off(self._task, q, np.atleast_2d(self._reference.q[index]))
+        position, angle = off_by(self._task, q, np.atleast_2d(self._reference.q[index]))
         return position / goal.tol_position + angle / goal.tol_angle
 
     def _near(self) -> np.ndarray:
@@ -568,7 +261,7 @@ class _Follower:
             left = min(PLAN_S, timeout_s - (clock.monotonic() - begin))
             if left <= 0 or self._arrived(index) <= ARRIVED:
                 break
-            task = self._task.with_(goal=_goal_of(self._task, self._between(self._reference.q[index][None])[0]))
+            task = self._task.with_(goal=goal_of(self._task, self._between(self._reference.q[index][None])[0]))
             found = plan(task, q_start=self.states[-1], u_start=self._u, seed=attempt, threads=self._threads, timeout_s=left)
             if found.status != Status.Solved:
                 continue
@@ -591,7 +284,7 @@ class _Follower:
     def _arrived(self, index: int) -> float:
         """The largest share of its tolerances by which the object is off, in full and in half steps."""
         goal = self._task.goal
-        offs = [_off(self._task, q[-1:], self._reference.q[index][None]) for q in (self.states, self.halves)]
+        offs = [off_by(self._task, q[-1:], self._reference.q[index][None]) for q in (self.states, self.halves)]
         return max(max(position[0] / goal.tol_position, angle[0] / goal.tol_angle) for position, angle in offs)
 
     def _section(self, horizon: int) -> dict[str, Any]:
@@ -601,15 +294,15 @@ class _Follower:
         for info in model.objects:
             dofs = model.dofs[info.v_begin : info.v_begin + info.n_v]
             objects[info.name] = [1 / (goal.tol_angle if dof.kind == DofKind.Revolute else goal.tol_position) ** 2 for dof in dofs]
-        joints = [JOINT_WEIGHT / (STEP_REVOLUTE if dof.kind == DofKind.Revolute else STEP_PRISMATIC) ** 2 for dof in _joints(self._task)]
+        joints = (JOINT_WEIGHT / by_kind(self._task, STEP_REVOLUTE, STEP_PRISMATIC) ** 2).tolist()
         weights = {"objects": objects, "objects_final": objects, "robots": joints, "robots_final": joints, "input": joints}
         return {"horizon": horizon, "iterations": ITERATIONS, "tolerance": 1e-3, "input_bound": BOUND, "analytic": {"kappa": KAPPA}, "weights": weights}
 
 
-def _result(reference: _Reference, followed: _Follower, demonstration: Demonstration, wall_s: float) -> Repair:
+def _result(reference: Reference, followed: _Follower, demonstration: Demonstration, wall_s: float) -> Repair:
     task, n_a = reference.task, reference.task.model.n_a
     states, shown = followed.states[followed.marks], reference.q[followed.indices]
-    position, angle = _off(task, states, shown)
+    position, angle = off_by(task, states, shown)
     made = task.follow(followed.commands)
     return Repair(
         plan=made,
@@ -624,14 +317,6 @@ def _result(reference: _Reference, followed: _Follower, demonstration: Demonstra
         planned_from=None if followed.planned_from is None else float(reference.times[followed.planned_from]),
         wall_s=wall_s,
     )
-
-
-def _off(task: Task, q: np.ndarray, shown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far the object of the goal is at q from where it is at `shown` (N) [m], [rad]."""
-    name = task.model.object_names[task.goal.object]
-    is_at, was_at = task.model.object_poses(q, name), task.model.object_poses(shown, name)
-    angle = 2 * np.arccos(np.clip(np.abs(np.sum(is_at[:, 3:] * was_at[:, 3:], axis=1)), 0, 1))
-    return np.linalg.norm(is_at[:, :3] - was_at[:, :3], axis=1), angle
 
 
 def main(words: Sequence[str]) -> int:

@@ -11,6 +11,7 @@
 
 #include "stiction/contact/clearance.hpp"
 #include "stiction/contact/gap_gradient.hpp"
+#include "stiction/world/axis.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::contact {
@@ -51,14 +52,13 @@ class Travel {
       double extent = geometry.bounding_radius;
       for (std::size_t k = axes.size(); k-- > 0;) {
         const int axis = axes[k];
-        const world::Follower* follower =
-            axis < model_.n_v() ? nullptr : &model_.followers()[static_cast<std::size_t>(axis - model_.n_v())];
-        const int v = follower ? follower->dof : axis, joint = v - model_.n_vu();
-        const double turn = std::abs((follower ? follower->ratio : 1.0) * (to[joint] - from[joint]));
+        const auto [dof, kind, ratio] = world::axis_at(model_, axis);
+        const int joint = dof - model_.n_vu();
+        const double turn = std::abs(ratio * (to[joint] - from[joint]));
         const Eigen::Vector3d origin = kinematics.origin_W.col(axis);
         extent += (behind - origin).norm();
         behind = origin;
-        if ((follower ? follower->kind : model_.dofs()[static_cast<std::size_t>(v)].kind) == world::DofKind::Revolute) {
+        if (kind == world::DofKind::Revolute) {
           const double lever = kinematics.axis_W.col(axis).cross(center - origin).norm() + geometry.bounding_radius;
           rest[k] = rest[k + 1] + turn * std::min(lever + rest[k + 1], extent);
         } else {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "stiction/contact/relative_motion.hpp"
 #include "stiction/contact/workspace.hpp"
 #include "stiction/core/invalid_input.hpp"
 
@@ -60,36 +61,15 @@ void calc_jacobian(const world::Model& model, const world::Kinematics& kinematic
   if (contact.pair < 0 || contact.pair >= static_cast<int>(model.pairs().size())) {
     core::throw_invalid("contact.pair", std::to_string(contact.pair), "an index of Model::pairs()");
   }
-  const world::Pair& pair = model.pairs()[contact.pair];
-  const std::vector<int>& support = model.supports()[pair.support];
-  const auto axes_of = [&](int geometry) -> const std::vector<int>& { return model.bodies()[model.geometries()[geometry].body].axes; };
-  const std::vector<int>&axes_a = axes_of(pair.geometry_a), &axes_b = axes_of(pair.geometry_b);
-  const auto has = [](const std::vector<int>& list, int axis) { return std::find(list.begin(), list.end(), axis) != list.end(); };
+  const std::vector<int>& support = model.supports()[model.pairs()[contact.pair].support];
   const int k = static_cast<int>(support.size());
   std::fill_n(J, 3 * k, 0.0);
-  const auto add = [&](int index, bool moves_a, bool moves_b) {
-    const bool follows = index >= model.n_v();
-    const int dof = follows ? model.followers()[index - model.n_v()].dof : index;
-    const auto kind = follows ? model.followers()[index - model.n_v()].kind : model.dofs()[dof].kind;
-    const double ratio = follows ? model.followers()[index - model.n_v()].ratio : 1.0;
-    const Vector3d axis = kinematics.axis_W.col(index), origin = kinematics.origin_W.col(index);
-    Vector3d v = Vector3d::Zero();
-    if (kind == world::DofKind::Prismatic) {
-      if (moves_a != moves_b) v = moves_a ? axis : Vector3d(-axis);
-    } else if (moves_a && moves_b) {
-      v = axis.cross(contact.p_WA - contact.p_WB);
-    } else {
-      v = moves_a ? axis.cross(contact.p_WA - origin) : axis.cross(origin - contact.p_WB);
-    }
-    const auto c = std::lower_bound(support.begin(), support.end(), dof) - support.begin();
-    J[c] += ratio * contact.nhat_BA_W.dot(v);
-    J[k + c] += ratio * contact.t1_W.dot(v);
-    J[2 * k + c] += ratio * contact.t2_W.dot(v);
-  };
-  for (const int axis : axes_a) add(axis, true, has(axes_b, axis));
-  for (const int axis : axes_b) {
-    if (!has(axes_a, axis)) add(axis, false, true);
-  }
+  visit_relative_motion(model, kinematics, contact, [&](const world::Axis& axis, const Vector3d& v) {
+    const auto c = std::lower_bound(support.begin(), support.end(), axis.dof) - support.begin();
+    J[c] += axis.ratio * contact.nhat_BA_W.dot(v);
+    J[k + c] += axis.ratio * contact.t1_W.dot(v);
+    J[2 * k + c] += axis.ratio * contact.t2_W.dot(v);
+  });
 }
 
 /// Axis and moment about the origin of every axis of the kinematics.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stiction/dynamics/working_set.hpp"
+#include "stiction/world/axis.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics::detail {
@@ -20,10 +21,9 @@ void calc_twists(const Model& model, const world::Kinematics& kinematics, const 
   for (std::size_t b = 0; b < model.bodies().size(); ++b) {
     Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = v;
     for (const int axis : model.bodies()[b].axes) {
-      const bool own = axis < model.n_v();
-      const world::Follower* follower = own ? nullptr : &model.followers()[at(axis - model.n_v())];
-      const bool turns = (own ? model.dofs()[at(axis)].kind : follower->kind) == world::DofKind::Revolute;
-      const Eigen::Vector3d move = (own ? delta[axis] : follower->ratio * delta[follower->dof]) * kinematics.axis_W.col(axis);
+      const auto [dof, kind, ratio] = world::axis_at(model, axis);
+      const bool turns = kind == world::DofKind::Revolute;
+      const Eigen::Vector3d move = ratio * delta[dof] * kinematics.axis_W.col(axis);
       v += turns ? kinematics.origin_W.col(axis).cross(move) : move;
       if (turns) w += move;
     }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "stiction/world/axis.hpp"
+
 namespace stiction::dynamics::detail {
 namespace {
 
@@ -51,11 +53,9 @@ bool calc_share_slope(const Model& model, const world::Kinematics& kinematics, c
   const double D_s = -rim->axis_W.dot(contact.nhat_BA_W) / turn.norm() / kRimTilt;  // of ‖a × n̂‖ = (1 − (a·n̂)²)^½
   for (const world::Body* body : {rim->cylinder, rim->other}) {
     for (const int axis : body->axes) {
-      const world::Follower* follower = axis < model.n_v() ? nullptr : &model.followers()[static_cast<std::size_t>(axis - model.n_v())];
-      const int dof = follower ? follower->dof : axis;
-      if ((follower ? follower->kind : model.dofs()[static_cast<std::size_t>(dof)].kind) == world::DofKind::Prismatic) continue;
-      slope[dof] +=
-          (body == rim->cylinder ? 1 : -1) * (follower ? follower->ratio : 1.0) * D_log * D_s * turn.dot(kinematics.axis_W.col(axis));
+      const auto [dof, kind, ratio] = world::axis_at(model, axis);
+      if (kind == world::DofKind::Prismatic) continue;
+      slope[dof] += (body == rim->cylinder ? 1 : -1) * ratio * D_log * D_s * turn.dot(kinematics.axis_W.col(axis));
     }
   }
   return true;

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "stiction/dynamics/working_set.hpp"
+#include "stiction/world/axis.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics::detail {
@@ -17,14 +18,9 @@ using world::Model;
 constexpr double kLeastPart = 1.0 / 256;
 
 Sweep::Axis read_axis(const Model& model, const world::Body& body, std::size_t k) {
-  const auto read = [&](int axis) -> Sweep::Axis {
-    if (axis < model.n_v()) return {0, axis, axis, 1, model.dofs()[at(axis)].kind == world::DofKind::Revolute, false};
-    const world::Follower& follower = model.followers()[at(axis - model.n_v())];
-    return {0, axis, follower.dof, follower.ratio, follower.kind == world::DofKind::Revolute, false};
-  };
-  Sweep::Axis out = read(body.axes[k]);
-  out.reaches = body.kind != world::BodyKind::Object && (k == 0 || read(body.axes[k - 1]).dof != out.dof);
-  return out;
+  const auto [dof, kind, ratio] = world::axis_at(model, body.axes[k]);
+  const bool reaches = body.kind != world::BodyKind::Object && (k == 0 || world::axis_at(model, body.axes[k - 1]).dof != dof);
+  return {0, body.axes[k], dof, ratio, kind == world::DofKind::Revolute, reaches};
 }
 
 /// Turns and bounds of motion of all bodies under δq.

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "stiction/world/axis.hpp"
+
 namespace stiction::sensing {
 
 using Eigen::Matrix3d;
@@ -44,19 +46,9 @@ void calc_link_jacobian(const world::Model& model, const world::Kinematics& kine
   J_w.setZero(3, model.n_a());
   J_v.setZero(3, model.n_a());
   for (const int axis : model.bodies()[static_cast<std::size_t>(body)].axes) {
-    int v = axis;
-    double ratio = 1;
-    auto kind = world::DofKind::Revolute;
-    if (axis < model.n_v()) {
-      kind = model.dofs()[static_cast<std::size_t>(axis)].kind;
-    } else {  // a joint that follows another one moves the link with its leader
-      const auto& follower = model.followers()[static_cast<std::size_t>(axis - model.n_v())];
-      v = follower.dof;
-      ratio = follower.ratio;
-      kind = follower.kind;
-    }
+    const auto [dof, kind, ratio] = world::axis_at(model, axis);  // a joint that follows another one moves the link with its leader
     const Vector3d direction = ratio * (R_LW * kinematics.axis_W.col(axis));
-    const int column = v - model.n_vu();
+    const int column = dof - model.n_vu();
     if (kind == world::DofKind::Prismatic) {
       J_v.col(column) += direction;
     } else {

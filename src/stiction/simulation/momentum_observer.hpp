@@ -24,7 +24,7 @@ struct ObserverOptions {
   std::optional<double> friction_error{};
   /// F_c and F_v of each joint in its place (n): what an arm found of its own friction [N m; N], [N m s/rad; N s/m]; both empty: as `friction_error` says.
   Eigen::VectorXd coulomb{}, viscous{};
-  double stiction_speed = 0.01;  ///< v₀ [rad/s or m/s], > 0
+  double stiction_speed = 0.01;   ///< v₀ [rad/s or m/s], > 0
   std::uint64_t seed = 0;         ///< of noise and bias
   Eigen::VectorXd joint_noise{};  ///< `noise` of each joint (n); empty: `noise` in all
   Eigen::VectorXd rest{};         ///< what the estimates are where nothing acts, as after a calibration (n) [N m; N]; empty: 0

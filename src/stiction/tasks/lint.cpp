@@ -162,7 +162,9 @@ class Linter {
       if (const double phi = distance(i); phi < -depth) worst = i, depth = -phi;
     }
     if (worst < 0) return say("stuck", "start: no step can be made from here ({})", core::to_string(status));
-    say("stuck", "start: no step can be made from here ({}): nothing can undo that '{}' and '{}' overlap by {}; exclude the pair in `filters` if that is meant",
+    say("stuck",
+        "start: no step can be made from here ({}): nothing can undo that '{}' and '{}' overlap by {}; exclude the pair in `filters` if "
+        "that is meant",
         core::to_string(status), geometry(pair(worst).geometry_a).name, geometry(pair(worst).geometry_b).name, length(depth));
     place_finding("start", worst);
   }

@@ -4,6 +4,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/model_impl.hpp"
 #include "stiction/world/object_derivatives.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 // Mass, gravity and what changes them, of objects with what hangs on them; inertia of joints.
 
@@ -82,24 +83,14 @@ void calc_object_mass(const Model& model, const Kinematics& kinematics, int obje
 
 Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinematics) {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(model.n_a());
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J(6, model.n_a());
   for (const Link& link : model.links()) {
     const BodyInertia& body = model.inertias()[static_cast<std::size_t>(link.body)];
     const Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(link.body)];
-    const Vector3d p_WCom = X_WB * body.p_BCom;
-    const Body& moved = model.bodies()[static_cast<std::size_t>(link.body)];
-    for (const int v : moved.dofs) {
-      Vector3d linear = Vector3d::Zero(), angular = Vector3d::Zero();  // of the link per unit of the coordinate
-      for (const int a : moved.axes) {
-        const Follower* follower = a < model.n_v() ? nullptr : &model.followers()[static_cast<std::size_t>(a - model.n_v())];
-        if ((follower ? follower->dof : a) != v) continue;
-        const double ratio = follower ? follower->ratio : 1.0;
-        const Vector3d axis = kinematics.axis_W.col(a);
-        const bool revolute = (follower ? follower->kind : model.dofs()[static_cast<std::size_t>(v)].kind) == DofKind::Revolute;
-        linear += ratio * (revolute ? Vector3d(axis.cross(p_WCom - kinematics.origin_W.col(a))) : axis);
-        if (revolute) angular += ratio * axis;
-      }
-      const Vector3d angular_B = X_WB.R.transpose() * angular;
-      out[v - model.n_vu()] += body.mass * linear.squaredNorm() + angular_B.dot(body.inertia * angular_B);
+    calc_point_jacobian(model, kinematics, link.body, X_WB * body.p_BCom, J);
+    for (Eigen::Index j = 0; j < J.cols(); ++j) {
+      const Vector3d angular_B = X_WB.R.transpose() * J.col(j).tail<3>();
+      out[j] += body.mass * J.col(j).head<3>().squaredNorm() + angular_B.dot(body.inertia * angular_B);
     }
   }
   return out;

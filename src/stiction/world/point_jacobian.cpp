@@ -2,21 +2,15 @@
 
 #include <Eigen/Geometry>
 
+#include "stiction/world/axis.hpp"
+
 namespace stiction::world {
 
 void calc_point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
                          Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& J) {
   J.setZero();
   for (const int axis : model.bodies()[static_cast<std::size_t>(body)].axes) {
-    int dof = axis;
-    double ratio = 1;
-    DofKind kind;
-    if (axis < model.n_v()) {
-      kind = model.dofs()[static_cast<std::size_t>(axis)].kind;
-    } else {
-      const Follower& follower = model.followers()[static_cast<std::size_t>(axis - model.n_v())];
-      dof = follower.dof, ratio = follower.ratio, kind = follower.kind;
-    }
+    const auto [dof, kind, ratio] = axis_at(model, axis);
     const int column = dof - model.n_vu();
     if (column < 0) continue;  // of an object
     const Eigen::Vector3d a = ratio * kinematics.axis_W.col(axis);

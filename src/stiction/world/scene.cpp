@@ -37,7 +37,8 @@ class SceneReader {
   Scene read() {
     node_.require_map();
     faults_.collect([&] {
-      node_.require_map({"name", "file", "robot", "gravity", "contact_distance", "max_contacts", "robots", "objects", "fixed", "places", "filters"});
+      node_.require_map(
+          {"name", "file", "robot", "gravity", "contact_distance", "max_contacts", "robots", "objects", "fixed", "places", "filters"});
     });
     scene_.file = node_.file();
     faults_.collect([&] { scene_.name = node_.string_or("name", node_.file().has_filename() ? node_.file().stem().string() : "scene"); });

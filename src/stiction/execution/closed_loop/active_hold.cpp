@@ -159,25 +159,37 @@ void ActiveHold::add_strain(const VectorXd& u) {
   }
 }
 
+std::optional<FingerGap> ActiveHold::find_gap(int finger) {
+  const std::vector<int>& pairs = fingers_.pairs[static_cast<std::size_t>(finger)];
+  contact::query_pairs(*model_, kinematics_, pairs, std::numeric_limits<double>::infinity(), geometry_, contacts_);
+  if (contacts_.empty()) return std::nullopt;
+  const contact::Contact& nearest = *std::ranges::min_element(contacts_, {}, &contact::Contact::phi);
+  contact::calc_jacobian(*model_, kinematics_, nearest, jacobian_.data());
+  const std::vector<int>& dofs =
+      model_->supports()[static_cast<std::size_t>(model_->pairs()[static_cast<std::size_t>(nearest.pair)].support)];
+  return FingerGap{nearest.phi, dofs, {jacobian_.data(), 3, static_cast<Index>(dofs.size())}};
+}
+
+std::optional<FingerGap> ActiveHold::find_gap(VectorRef q, int finger) {
+  world::calc_kinematics(*model_, q, kinematics_work_, kinematics_);
+  return find_gap(finger);
+}
+
 void ActiveHold::add_gaps(VectorRef q) {
   world::calc_kinematics(*model_, q, kinematics_work_, kinematics_);
   for (int finger = 0; finger < static_cast<int>(fingers_.pairs.size()); ++finger) {
     if (finger == left_) continue;
-    const std::vector<int>& pairs = fingers_.pairs[static_cast<std::size_t>(finger)];
-    contact::query_pairs(*model_, kinematics_, pairs, std::numeric_limits<double>::infinity(), geometry_, contacts_);
-    if (contacts_.empty()) continue;
-    const contact::Contact& nearest =
-        *std::min_element(contacts_.begin(), contacts_.end(), [](const auto& a, const auto& b) { return a.phi < b.phi; });
-    contact::calc_jacobian(*model_, kinematics_, nearest, jacobian_.data());
-    const std::vector<int>& support =
-        model_->supports()[static_cast<std::size_t>(model_->pairs()[static_cast<std::size_t>(nearest.pair)].support)];
-    double gap = nearest.phi;
+    const std::optional<FingerGap> gap = find_gap(finger);
+    if (!gap) continue;
+    double next = gap->phi;
     row_.setZero();
-    for (std::size_t k = 0; k < support.size(); ++k) {
-      gap += jacobian_[k] * next_.delta[support[k]];
-      for (Index j = 0; j < row_.size(); ++j) row_[j] += jacobian_[k] * slope_.B(support[k], fingers_.joints[static_cast<std::size_t>(j)]);
+    for (std::size_t k = 0; k < gap->dofs.size(); ++k) {
+      const double slope = gap->J(0, static_cast<Index>(k));
+      const int dof = gap->dofs[k];
+      next += slope * next_.delta[dof];
+      for (Index j = 0; j < row_.size(); ++j) row_[j] += slope * slope_.B(dof, fingers_.joints[static_cast<std::size_t>(j)]);
     }
-    add_row(kGap / (s_ * s_), gap);
+    add_row(kGap / (s_ * s_), next);
   }
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "stiction/contact/contact.hpp"
@@ -20,6 +22,14 @@ struct Fingers {
 /// Branches of robots that have two or more of them; a free object that hangs on nothing. Empty: nothing here can hold it.
 Fingers find_fingers(const world::Model& model, int object);
 
+/// Where the last link of a finger is nearest to the object.
+struct FingerGap {
+  using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+  double phi;                 ///< [m]
+  std::span<const int> dofs;  ///< that change it
+  Eigen::Map<const Rows> J;   ///< contact Jacobian by them; its first row is the gradient of phi
+};
+
 /// Keeps a free object where it is with the fingers of a hand, while nothing else moves them.
 ///
 ///   min_du  ‖p⁺ − p*‖²/s² + r²‖θ⁺ ⊖ θ*‖²/s² + w_du‖du/d‖² + w_s‖K(u + du − qᵃ⁺)/(F d)‖² + w_tip Σ_f g_f⁺²/s²                     (E.21)
@@ -34,6 +44,8 @@ class ActiveHold {
 
   bool applies() const { return !fingers_.joints.empty(); }
   const Fingers& fingers() const { return fingers_; }
+  /// At q (n_q), until the next call of anything here. @param finger  of `pairs`
+  std::optional<FingerGap> find_gap(VectorRef q, int finger);
   /// The object is held where q (n_q) has it. A reference is farther from the object than s at no time: it is drawn along.
   void start(VectorRef q);
   /// Commands of a finger that goes elsewhere stay as they are, and its gap counts for nothing. @param finger  of `pairs`; −1: none
@@ -49,6 +61,7 @@ class ActiveHold {
   void add_strain(const Eigen::VectorXd& u);
   void add_gaps(VectorRef q);
   void add_row(double weight, double offset);
+  std::optional<FingerGap> find_gap(int finger);
   bool is_left(int joint) const;
   void set_box(VectorRef q, const Eigen::VectorXd& u, double period);
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "stiction/dynamics/disturbances.hpp"
+#include "stiction/planning/regrasp.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -28,19 +28,11 @@ constexpr double kGain = 0.9;      ///< turns that leave more than this of the w
 constexpr int kIdle = 6;           ///< … and after so many of them it stalls
 constexpr double kReach = 0.5;     ///< of L: how far the place of the goal is at most
 constexpr std::size_t kLeast = 3;  ///< fingers
-/// Without fingers an object rolls away that moves by kRolls L with gravity aside by kTilt [rad], in so many steps.
-constexpr double kRolls = 0.02, kTilt = 0.1;
-constexpr int kHeld = 20;
 
 }  // namespace
 
 FingerGait::FingerGait(const std::shared_ptr<const world::Model>& model, const planning::Goal& goal, double friction)
-    : model_(model),
-      goal_(goal),
-      hold_(model, goal.object, friction),
-      geometry_(*model),
-      kinematics_work_(*model),
-      length_(model->scales().object(goal.object).length) {}
+    : model_(model), goal_(goal), hold_(model, goal.object, friction), length_(model->scales().object(goal.object).length) {}
 
 bool FingerGait::applies(VectorRef q) {
   if (hold_.fingers().pairs.size() < kLeast || goal_.region) return false;
@@ -51,19 +43,13 @@ bool FingerGait::applies(VectorRef q) {
     const VectorXd lift = calc_lift(q, finger);
     for (std::size_t k = 0; k < chain(finger).size(); ++k) q_open[model_->n_qu() + chain(finger)[k]] += lift[static_cast<Eigen::Index>(k)];
   }
-  const VectorXd u_open = q_open.tail(model_->n_a());
-  dynamics::StepWorkspace work(model_);
-  dynamics::StepResult next;
-  for (int side = 0; side < dynamics::kDisturbances; ++side) {
-    VectorXd at = q_open;
-    for (int k = 0; k < kHeld; ++k) {
-      const VectorXd weights = dynamics::calc_weights_aside(*model_, at, kTilt, side);
-      if (dynamics::step(*model_, {at, u_open, &weights}, {}, work, next) != Status::Solved) break;
-      at = next.q_next;
-      if ((world::object_pose(*model_, at, goal_.object).p - p).norm() > kRolls * length_) return true;
-    }
-  }
-  return false;
+  const planning::PlannerOptions options;
+  const core::RunControl control;
+  const planning::Setting setting({model_, q, goal_, {}}, options);
+  planning::SimulationScratch scratch(model_, control);
+  planning::Work work;
+  const planning::RegraspSizes sizes{.pace = planning::substeps(setting)};
+  return !planning::RegraspSimulation(setting, sizes, q_open, q_open.tail(model_->n_a()), scratch, work).is_stable();
 }
 
 void FingerGait::start(VectorRef q) {
@@ -125,20 +111,12 @@ void FingerGait::end_turn(VectorRef q) {
 VectorXd FingerGait::calc_lift(VectorRef q, int finger) {
   const std::vector<int>& joints = chain(finger);
   const auto n = static_cast<Eigen::Index>(joints.size());
-  world::calc_kinematics(*model_, q, kinematics_work_, kinematics_);
-  contact::query_pairs(*model_, kinematics_, hold_.fingers().pairs[static_cast<std::size_t>(finger)],
-                       std::numeric_limits<double>::infinity(), geometry_, contacts_);
-  if (contacts_.empty()) return VectorXd::Zero(n);
-  const contact::Contact& nearest =
-      *std::min_element(contacts_.begin(), contacts_.end(), [](const auto& a, const auto& b) { return a.phi < b.phi; });
-  const auto& pair = model_->pairs()[static_cast<std::size_t>(nearest.pair)];
-  const std::vector<int>& support = model_->supports()[static_cast<std::size_t>(pair.support)];
-  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> rows(3, static_cast<Eigen::Index>(support.size()));
-  contact::calc_jacobian(*model_, kinematics_, nearest, rows.data());
+  const std::optional<FingerGap> gap = hold_.find_gap(q, finger);
+  if (!gap) return VectorXd::Zero(n);
   Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, n);
-  for (std::size_t k = 0; k < support.size(); ++k) {
-    const auto at = std::find(joints.begin(), joints.end(), support[k] - model_->n_vu());
-    if (at != joints.end()) J.col(at - joints.begin()) = rows.col(static_cast<Eigen::Index>(k));
+  for (std::size_t k = 0; k < gap->dofs.size(); ++k) {
+    const auto at = std::find(joints.begin(), joints.end(), gap->dofs[k] - model_->n_vu());
+    if (at != joints.end()) J.col(at - joints.begin()) = gap->J.col(static_cast<Eigen::Index>(k));
   }
   const Eigen::Matrix3d damped = J * J.transpose() + kDamping * length_ * length_ * Eigen::Matrix3d::Identity();
   return J.transpose() * damped.ldlt().solve(Eigen::Vector3d(kLift * length_, 0, 0));

@@ -23,8 +23,8 @@ class FingerGait {
   /// @param friction  multiplies every μ, > 0
   FingerGait(const std::shared_ptr<const world::Model>& model, const planning::Goal& goal, double friction);
 
-  /// Three fingers or more, a goal that is a pose and near in place, and an object that would roll away without them: with the fingers off it and gravity
-  /// 0.1 rad aside it moves by more than 0.02 L.
+  /// Three fingers or more, a goal that is a pose and near in place, and an object that would roll away without them: with the fingers off it a regrasp
+  /// would call it unstable (planning::RegraspSimulation::is_stable).
   bool applies(VectorRef q);
 
   /// From here to the goal; where the fingers first touched the object stays from one start to the next.
@@ -64,10 +64,6 @@ class FingerGait {
   std::shared_ptr<const world::Model> model_;
   planning::Goal goal_;
   ActiveHold hold_;
-  contact::Workspace geometry_;
-  world::KinematicsWorkspace kinematics_work_;
-  world::Kinematics kinematics_;
-  std::vector<contact::Contact> contacts_;
   double length_;  ///< L of the object [m]
 
   Phase phase_ = Phase::Close;

@@ -46,13 +46,12 @@ PlanSource::PlanSource(const planning::PlanningProblem& problem, const planning:
   options_.tolerance_fraction = std::min(options_.tolerance_fraction, how.plan_fraction);
 }
 
-Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, bool is_short,
-                       const core::RunControl& control) {
+Answer PlanSource::ask(const Question& question, const core::RunControl& control) {
   Answer out;
   const double before = core::processor_time();
-  if (!join(q, u, friction, out)) {
-    search(q, u, number, friction, is_short, control, out.result);
-    judge(q, is_short, out);
+  if (!join(question, out)) {
+    search(question, control, out.result);
+    judge(question, out);
   }
   out.processor_s = core::processor_time() - before;
   if (how_.planning_rate > 0) {
@@ -71,16 +70,16 @@ double PlanSource::share(const Eigen::VectorXd& q) const {
 }
 
 /// Whether a plan that was searched is worth carrying out: one to the goal is, and after a whole search one that comes nearer.
-void PlanSource::judge(const Eigen::VectorXd& q, bool is_short, Answer& out) {
+void PlanSource::judge(const Question& from, Answer& out) {
   const planning::Plan& plan = out.result.plan;
-  const double slip = share_between(*problem_.model, q, settled(plan, q), problem_.goal);
-  const bool gains = !is_short && plan.error.share(problem_.goal) <= kGain * share(q);
+  const double slip = share_between(*problem_.model, from.q, settled(plan, from.q), problem_.goal);
+  const bool gains = !from.is_short && plan.error.share(problem_.goal) <= kGain * share(from.q);
   out.slips = slip > how_.off_at_the_end;
   if (out.slips) {
     out.result.reason = fmt::format("the object does not rest at the start: it moves by {:.1f} tolerances", slip);
   } else if (moves(plan) && (out.result.status == Status::Solved || gains)) {
     out.trajectory = take(plan);
-    durations_ += out.trajectory->duration(), shares_ += share(q);
+    durations_ += out.trajectory->duration(), shares_ += share(from.q);
     ++found_, usual_ = out.result.iterations;
   }
 }
@@ -107,16 +106,16 @@ bool PlanSource::came_nearer(const Eigen::VectorXd& q) {
 }
 
 /// The plan that one has, from q. False: it does not lead to the goal, or takes longer than a new one would.
-bool PlanSource::join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double friction, Answer& out) {
+bool PlanSource::join(const Question& from, Answer& out) {
   if (!how_.join || !last_) return false;
-  if (last_->step.friction_scale != options_.step_options(*problem_.model).friction_scale * friction) return false;
-  if (!came_nearer(q)) return false;
+  if (last_->step.friction_scale != options_.step_options(*problem_.model).friction_scale * from.friction) return false;
+  if (!came_nearer(from.q)) return false;
   const auto start = core::RunControl::Clock::now();
-  Join join = join_plan(problem_.model, *last_, q, u, {.enough = fraction()});
+  Join join = join_plan(problem_.model, *last_, from.q, from.u, {.enough = fraction()});
   out.join_steps = join.steps;
   if (join.status != Status::Solved) return false;
   Trajectory trajectory = make_trajectory(*problem_.model, join.plan, speed_, &lead_);
-  if (trajectory.duration() > expected_time(q)) return false;
+  if (trajectory.duration() > expected_time(from.q)) return false;
   last_ = join.plan;
   out.joined = true;
   out.trajectory = std::move(trajectory);
@@ -127,15 +126,14 @@ bool PlanSource::join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double
   return true;
 }
 
-void PlanSource::search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, bool is_short,
-                        const core::RunControl& run, planning::PlanResult& out) const {
+void PlanSource::search(const Question& from, const core::RunControl& run, planning::PlanResult& out) const {
   planning::PlanningProblem problem = problem_;
-  problem.q_start = q;
+  problem.q_start = from.q;
   planning::PlannerOptions options = options_;
-  options.friction *= friction;
-  if (is_short && found_ > 0)
+  options.friction *= from.friction;
+  if (from.is_short && found_ > 0)
     options.max_iterations = static_cast<int>(std::min<long>(options.max_iterations, std::max(kLeastSearch, 2 * usual_)));
-  if (number > 0) options.seed = core::Random(options_.seed ^ kPlanSeed, number).bits();
+  if (from.number > 0) options.seed = core::Random(options_.seed ^ kPlanSeed, from.number).bits();
   core::RunControl control = run;
   const auto budget = core::RunControl::Clock::now() +
                       std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(how_.plan_timeout));
@@ -146,7 +144,7 @@ void PlanSource::search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std:
       return (run.abandoned && run.abandoned()) || core::processor_time() - before > limit;
     };
   }
-  out.status = planning::plan_from(problem, u, options, control, out);
+  out.status = planning::plan_from(problem, from.u, options, control, out);
   if (out.status == Status::Cancelled && !run.cancelled()) out.status = Status::MaxIterations;
 }
 

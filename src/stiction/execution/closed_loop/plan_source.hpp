@@ -8,6 +8,14 @@
 
 namespace stiction::execution {
 
+/// From where a plan is wanted, and how.
+struct Question {
+  Eigen::VectorXd q{}, u{};  ///< the state and the commands in force (n_q), (n_a)
+  std::size_t number = 0;    ///< of plans that were asked for before: later seeds follow from it
+  double friction = 1;       ///< every μ of the plan times this; a plan that one has is gone on with where it has this friction
+  bool is_short = false;     ///< the search ends after twice as many extensions as the one before took
+};
+
 /// What the planner gave for one state, and what that took.
 struct Answer {
   planning::PlanResult result;
@@ -26,13 +34,8 @@ class PlanSource {
   PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
              const RunSpeeds& speed);
 
-  /// @param q, u      the state and the commands in force (n_q), (n_a)
-  /// @param number    of plans that were asked for before: later seeds follow from it
-  /// @param friction  every μ of the plan times this; a plan that one has is gone on with where it has this friction
-  /// @param is_short  the search ends after twice as many extensions as the one before took
-  /// @param control   of the run; a plan has the budget of the RunOptions besides
-  Answer ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, bool is_short,
-             const core::RunControl& control);
+  /// @param control  of the run; a plan has the budget of the RunOptions besides
+  Answer ask(const Question& question, const core::RunControl& control);
   int found() const { return found_; }  ///< plans that were found by a search
 
   /// The timing of a plan, which is kept to be gone on with.
@@ -41,13 +44,12 @@ class PlanSource {
   double fraction() const { return options_.tolerance_fraction; }
 
  private:
-  bool join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double friction, Answer& out);
-  void judge(const Eigen::VectorXd& q, bool is_short, Answer& out);
+  bool join(const Question& from, Answer& out);
+  void judge(const Question& from, Answer& out);
   bool came_nearer(const Eigen::VectorXd& q);
   double share(const Eigen::VectorXd& q) const;
   double expected_time(const Eigen::VectorXd& q) const;
-  void search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, bool is_short,
-              const core::RunControl& run, planning::PlanResult& out) const;
+  void search(const Question& from, const core::RunControl& run, planning::PlanResult& out) const;
 
   const planning::PlanningProblem& problem_;
   planning::PlannerOptions options_;

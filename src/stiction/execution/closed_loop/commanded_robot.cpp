@@ -1,0 +1,250 @@
+#include "stiction/execution/closed_loop/commanded_robot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "stiction/execution/closed_loop/step_back.hpp"
+#include "stiction/execution/open_loop/fall.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::execution {
+namespace {
+
+/// What has not come to rest after so many windows is taken as it is.
+constexpr int kMostWindows = 10;
+/// An object that comes this far while commands rest is caught [tolerances of the goal].
+constexpr double kLeaves = 0.2;
+/// Between two choices of fingers [s].
+constexpr double kChoicePeriod = 0.01;
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+ChosenCommands::ChosenCommands(double tick) : tick_(tick), period_(std::max(kChoicePeriod, tick)) {}
+
+CommandedRobot::CommandedRobot(Driver& plant, const planning::PlanningProblem& problem, const RunOptions& how, const RunSpeeds& speed,
+                               const core::RunControl& control, RunResult& out)
+    : problem_(problem),
+      model_(*problem.model),
+      how_(how),
+      speed_(speed),
+      control_(control),
+      out_(out),
+      link_(plant, model_, how.tick, how.silence, how.absence),
+      window_(how.settle_time + calc_follow_time(model_, problem.goal.object)),
+      watch_(model_, problem.goal, window_, how.settle_time),
+      strain_(model_.effort().cwiseQuotient(model_.stiffness())),
+      held_(how.tick) {
+  if (how.active_hold) catch_what_moves();
+}
+
+bool CommandedRobot::begin() {
+  if (!read()) return false;
+  start_ = measured_.time;
+  u_ = measured_.u;
+  q_plan_ = measured_.q;
+  set_floor({});
+  look();
+  return !over_;
+}
+
+bool CommandedRobot::end(RunEnd what, std::string message) {
+  out_.end = what;
+  out_.message = std::move(message);
+  over_ = true;
+  return false;
+}
+
+bool CommandedRobot::read() {
+  if (!link_.read()) return end(RunEnd::Silent, link_.reason());
+  measured_ = link_.measured();
+  return true;
+}
+
+double CommandedRobot::goal_share(const Eigen::VectorXd& q) const {
+  return planning::goal_error(model_, q, problem_.goal).share(problem_.goal);
+}
+
+bool CommandedRobot::is_at(const Eigen::VectorXd& q, double near) const {
+  const Eigen::VectorXd difference = q.tail(model_.n_a()) - measured_.q.tail(model_.n_a());
+  const bool joints = (difference.cwiseAbs().array() <= (speed_.push * how_.watch_interval).array()).all();
+  return joints && share_between(model_, q, rest(), problem_.goal) <= near;
+}
+
+void CommandedRobot::begin_motion(const Eigen::MatrixXd& planned) {
+  set_floor(planned);
+  displaced_ = false;
+}
+
+/// u, as far ahead of the joints as their motors can pull.                                                                 (E.15)
+Eigen::VectorXd CommandedRobot::within_motors(const Eigen::VectorXd& u) const {
+  const Eigen::VectorXd q_a = measured_.q.tail(model_.n_a());
+  return u.cwiseMax(q_a - strain_).cwiseMin(q_a + strain_);
+}
+
+bool CommandedRobot::tick(const Eigen::VectorXd& wanted) {
+  looked_ = false;
+  if (control_.cancelled()) return end(RunEnd::Cancelled, "interrupted; the robot holds");
+  if (control_.expired()) return end(RunEnd::Deadline, "the time for the run is used up");
+  if (now() >= how_.duration) return end(RunEnd::TimeUp, fmt::format("the goal was not reached within {:g} s", how_.duration));
+  u_ = within_motors(wanted);
+  if (!link_.command(u_)) return end(RunEnd::Silent, link_.reason());
+  if (!read()) return false;
+  if (link_.take_displaced()) {
+    displaced_ = true;
+    set_floor({});
+  }
+  if (now() >= next_look_ - 0.5 * how_.tick) look();
+  return !over_;
+}
+
+bool CommandedRobot::tick(const Eigen::VectorXd& wanted, const Eigen::VectorXd& q_plan) {
+  holds_ = caught_ = false;
+  q_plan_ = q_plan;
+  return tick(wanted);
+}
+
+bool CommandedRobot::hold_tick() {
+  if (!hold_) return tick(u_);
+  if (!holds_) {
+    holds_ = calm_ = true;
+    q_held_ = measured_.q;
+    hold_->start(q_held_);
+  }
+  if (calm_ && share_between(model_, q_held_, measured_.q, problem_.goal) > kLeaves) calm_ = false, held_.begin(now());
+  if (calm_) return tick(u_);
+  caught_ = true;
+  return tick(held_.next(now(), u_, [&](double period, Eigen::VectorXd& wanted) {
+    (void)hold_->update(measured_.q, period, wanted);  // where it finds nothing the command stays
+  }));
+}
+
+void CommandedRobot::look() {
+  next_look_ = now() + how_.watch_interval;
+  if (measured_.object_time > seen_time_) watch_.add(now(), measured_.q);  // poses that stay away say nothing of rest
+  seen_time_ = measured_.object_time;
+  looked_ = true;
+  record();
+  check_fall();
+}
+
+void CommandedRobot::record() {
+  if (state_ == RunState::Hold || state_ == RunState::Replan) q_plan_ = measured_.q;
+  out_.times.push_back(now());
+  q_.push_back(measured_.q), planned_.push_back(q_plan_), commands_.push_back(u_);
+  out_.piece.push_back(static_cast<int>(out_.pieces.size()) - 1);
+  if (!how_.on_sample) return;
+  how_.on_sample(
+      {now(), state_, measured_.q, q_plan_, u_, out_.piece.back(), static_cast<int>(out_.plans.size()), goal_share(measured_.q)});
+}
+
+double CommandedRobot::depth(const Eigen::VectorXd& q, int object) const {
+  return world::object_pose(model_, q, object).p.dot(model_.scene().gravity.normalized());
+}
+
+/// Objects may be as deep as they are, and as what is planned (n_q × knots) has them.
+void CommandedRobot::set_floor(const Eigen::MatrixXd& planned) {
+  floor_.assign(model_.objects().size(), kNever);
+  for (int i = 0; i < static_cast<int>(floor_.size()); ++i) {
+    const bool free = model_.scene().objects[static_cast<std::size_t>(i)].joint == world::ObjectJoint::Free;
+    if (!free || model_.scene().gravity.norm() == 0) continue;
+    double lowest = depth(measured_.q, i);
+    for (Eigen::Index k = 0; k < planned.cols(); ++k) lowest = std::max(lowest, depth(planned.col(k), i));
+    floor_[static_cast<std::size_t>(i)] = lowest + kFall * model_.scales().object(i).length;
+  }
+}
+
+void CommandedRobot::check_fall() {
+  for (int i = 0; i < static_cast<int>(floor_.size()) && !over_; ++i) {
+    const double floor = floor_[static_cast<std::size_t>(i)];
+    if (floor == kNever || depth(measured_.q, i) < floor) continue;
+    out_.dropped = i;
+    end(RunEnd::Dropped, fmt::format("'{}' fell", model_.objects()[static_cast<std::size_t>(i)].name));
+  }
+}
+
+/// What a search has taken of the clock in this run (mean) [s]; 0 before the first.
+double CommandedRobot::thinking_time() const {
+  double sum = 0;
+  int searches = 0;
+  for (const RunPlan& plan : out_.plans) {
+    if (!plan.joined) sum += plan.clock_s, ++searches;
+  }
+  return searches > 0 ? sum / searches : 0;
+}
+
+bool CommandedRobot::settle(const std::function<bool()>& there) {
+  while (!link_.sees_objects()) {
+    if (!tick(u_)) return false;
+  }
+  watch_.forget();
+  watch_.add(now(), measured_.q);
+  const double begin = now();
+  while (now() - begin < kMostWindows * window_ || (watch_.is_carried() && now() - begin < how_.absence)) {
+    if (!hold_tick()) return false;
+    if (!looked_) continue;
+    if (const double slow = kThere / thinking_time(); watch_.rests(slow)) {
+      watch_.forget_motion(slow);
+      holds_ = false;
+      return true;
+    }
+    if (there()) return true;
+  }
+  return true;
+}
+
+bool CommandedRobot::settle() {
+  state_ = RunState::Hold;
+  return settle([] { return false; });
+}
+
+bool CommandedRobot::hold_goal() {
+  state_ = RunState::Hold;
+  const double begin = now();
+  while (now() - begin < how_.hold) {
+    if (!hold_tick() || !is_at_goal()) return false;
+  }
+  return true;
+}
+
+bool CommandedRobot::move_to(const Eigen::VectorXd& u) {
+  holds_ = caught_ = false;
+  const Eigen::VectorXd from = u_;
+  const double begin = now(), duration = calc_duration(from, u, speed_.push);
+  while (now() - begin < duration) {
+    if (!tick(from + std::min(1.0, (now() - begin + how_.tick) / duration) * (u - from))) return false;
+  }
+  return true;
+}
+
+bool CommandedRobot::step_back() {
+  for (const Eigen::VectorXd& posture : find_step_back(model_, measured_.q)) {
+    if (!move_to(posture)) return false;
+  }
+  return settle();
+}
+
+void CommandedRobot::catch_what_moves() {
+  hold_.emplace(problem_.model, problem_.goal.object, how_.friction);
+  if (!hold_->applies()) hold_.reset();
+}
+
+void CommandedRobot::finish() {
+  const auto n = static_cast<Eigen::Index>(q_.size());
+  out_.q.resize(model_.n_q(), n), out_.q_plan.resize(model_.n_q(), n), out_.u.resize(model_.n_a(), n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    out_.q.col(k) = q_[static_cast<std::size_t>(k)];
+    out_.q_plan.col(k) = planned_[static_cast<std::size_t>(k)];
+    out_.u.col(k) = commands_[static_cast<std::size_t>(k)];
+  }
+  if (n > 0) {
+    out_.error = planning::goal_error(model_, rest(), problem_.goal);
+    out_.duration_s = out_.times.back();
+  }
+}
+
+}  // namespace stiction::execution

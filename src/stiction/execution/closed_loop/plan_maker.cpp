@@ -1,0 +1,121 @@
+#include "stiction/execution/closed_loop/plan_maker.hpp"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <exception>
+#include <thread>
+#include <utility>
+
+#include "stiction/execution/closed_loop/step_back.hpp"
+
+namespace stiction::execution {
+
+std::optional<Trajectory> PlanMaker::make(std::string& cause, bool counts) {
+  if (counts && !count()) return std::nullopt;
+  const bool can_step_back = source_.found() > 0 && !find_step_back(model_, robot_.q()).empty();
+  PlanRequest request = first_request(cause, can_step_back);
+  for (int refused = 0; refused < how_.refusals; ++refused) {
+    Answer answer;
+    if (!prepare(request.preparation) || !ask(request, answer)) return std::nullopt;
+    if (answer.late) {
+      cause = "the object moved while the planner worked";
+      robot_.settle();
+      return std::nullopt;
+    }
+    if (answer.trajectory) return std::move(answer.trajectory);
+    request = next_request(request, answer.slips && how_.friction < 1);
+  }
+  const std::string& reason = out_.plans.back().reason;
+  robot_.end(RunEnd::NoPlan, fmt::format("{} plans in a row failed{}", how_.refusals, reason.empty() ? "" : ": " + reason));
+  return std::nullopt;
+}
+
+/// Every plan after the first counts, whatever calls for it.
+bool PlanMaker::count() {
+  if (out_.replans == how_.replans)
+    return robot_.end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", out_.replans));
+  ++out_.replans;
+  return true;
+}
+
+/// False: no plan is needed any more.
+bool PlanMaker::prepare(Preparation preparation) {
+  switch (preparation) {
+    case Preparation::None:
+      return true;
+    case Preparation::StepBack:
+      return robot_.step_back() && !robot_.is_at_goal();
+    case Preparation::LetGo:
+      return robot_.let_go() && !robot_.is_at_goal();
+  }
+  return true;
+}
+
+/// False: the run is over.
+bool PlanMaker::ask(const PlanRequest& request, Answer& answer) {
+  robot_.enter(RunState::Replan);
+  const Question question{.q = robot_.rest(),
+                          .u = robot_.u(),
+                          .number = out_.plans.size(),
+                          .friction = request.with_scene_friction ? 1 : how_.friction,
+                          .is_short = request.is_short};
+  const double begin = robot_.now();
+  const auto work = [&](const core::RunControl& control) { answer = source_.ask(question, control); };
+  const bool goes_on = real_time_ ? think_beside(work) : think_first(work, answer);
+  planning::PlanResult& result = answer.result;
+  out_.plans.push_back(
+      {begin, result.wall_s, answer.processor_s, robot_.now() - begin, result.status, request.cause, result.reason, answer.joined});
+  out_.planning_s += result.wall_s;
+  if (!goes_on) return false;
+  answer.late = answer.trajectory && !robot_.is_at(question.q, how_.off_at_the_end);
+  if (!out_.first_plan && !answer.joined) out_.first_plan = std::move(result);
+  return true;
+}
+
+/// A plant that waits for its commands: the planner works, and then the clock goes on by what that took.
+template <class Work>
+bool PlanMaker::think_first(const Work& work, const Answer& answer) {
+  const double begin = robot_.now();
+  work(control_);
+  if (control_.stop())
+    return robot_.end(control_.cancelled() ? RunEnd::Cancelled : RunEnd::Deadline, "stopped while planning; the robot holds");
+  robot_.pause();
+  if (!robot_.read()) return false;
+  while (robot_.now() - begin < answer.charge_s - 0.5 * how_.tick) {
+    if (!robot_.hold_tick()) return false;
+  }
+  return true;
+}
+
+/// A plant with a clock of its own: it is commanded while the planner works on another thread.
+template <class Work>
+bool PlanMaker::think_beside(const Work& work) {
+  std::atomic<bool> done{false}, unwanted{false};
+  std::exception_ptr error;
+  core::RunControl control = control_;
+  control.on_progress = nullptr;  // the thread of the run tells of it
+  control.abandoned = [&unwanted] { return unwanted.load(std::memory_order_relaxed); };
+  std::jthread planner([&] {
+    try {
+      work(control);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    done.store(true);
+  });
+  try {
+    do {
+      (void)robot_.hold_tick();
+    } while (!robot_.is_over() && !done.load());
+  } catch (...) {
+    unwanted.store(true);
+    throw;
+  }
+  unwanted.store(true);
+  planner.join();
+  if (error) std::rethrow_exception(error);
+  return !robot_.is_over();
+}
+
+}  // namespace stiction::execution
