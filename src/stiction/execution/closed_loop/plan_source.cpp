@@ -85,6 +85,11 @@ void PlanSource::judge(const Eigen::VectorXd& q, bool is_short, Answer& out) {
   }
 }
 
+void PlanSource::forget_plan() {
+  last_.reset();
+  nearest_ = std::numeric_limits<double>::infinity(), in_vain_ = 0;
+}
+
 Trajectory PlanSource::take(const planning::Plan& plan) {
   Trajectory out = make_trajectory(*problem_.model, plan, speed_, &lead_);
   last_ = plan;

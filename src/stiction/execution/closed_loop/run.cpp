@@ -42,20 +42,21 @@ constexpr double kFollowTimes = 2;
 
 class Executor {
  public:
-  Executor(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
+  Executor(Driver& plant, std::span<const planning::PlanningProblem> goals, const planning::PlannerOptions& planner, const RunOptions& how,
            const core::RunControl& control, RunResult& out)
-      : model_(*problem.model),
+      : model_(*goals.front().model),
         link_(plant, model_, how.tick, how.silence, how.absence),
         real_time_(plant.real_time()),
-        problem_(problem),
+        goals_(goals),
+        problem_(goals.front()),
         how_(how),
         control_(control),
         out_(out),
-        speed_(how.speed ? *how.speed : calc_run_speeds(model_, problem.goal.object)),
-        source_(problem, planner, how, speed_),
-        follow_time_(calc_follow_time(model_, problem.goal.object)),
+        speed_(make_speeds()),
+        source_(problem_, planner, how, speed_),
+        follow_time_(calc_follow_time(model_, problem_.goal.object)),
         window_(how.settle_time + follow_time_),
-        watch_(model_, problem.goal, window_, how.settle_time),
+        watch_(model_, problem_.goal, window_, how.settle_time),
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
     if (how.active_hold) catch_what_moves();
   }
@@ -69,8 +70,9 @@ class Executor {
   // ---- the plant
 
   bool end(RunEnd what, std::string message = {}) {
+    const bool names_goal = goals_.size() > 1 && what != RunEnd::Reached;
     out_.end = what;
-    out_.message = std::move(message);
+    out_.message = names_goal ? fmt::format("goal {} of {}: {}", goal_ + 1, goals_.size(), message) : std::move(message);
     over_ = true;
     return false;
   }
@@ -93,7 +95,9 @@ class Executor {
   bool tick(const Eigen::VectorXd& wanted) {
     if (control_.cancelled()) return end(RunEnd::Cancelled, "interrupted; the robot holds");
     if (control_.expired()) return end(RunEnd::Deadline, "the time for the run is used up");
-    if (now() >= how_.duration) return end(RunEnd::TimeUp, fmt::format("the goal was not reached within {:g} s", how_.duration));
+    if (now() >= how_.duration)
+      return end(RunEnd::TimeUp,
+                 fmt::format("{} within {:g} s", goals_.size() > 1 ? "not reached" : "the goal was not reached", how_.duration));
     u_ = within_motors(wanted);
     if (!link_.command(u_)) return end(RunEnd::Silent, link_.reason());
     if (!read()) return false;
@@ -129,10 +133,12 @@ class Executor {
   void look() {
     next_look_ = now() + how_.watch_interval;
     if (measured_.object_time > seen_time_) watch_.add(now(), measured_.q);  // poses that stay away say nothing of rest
+    if (how_.hold == 0 && !touch_ && measured_.object_time > seen_time_ && goal_share(measured_.q) <= 1) touch_ = {now(), measured_.q};
     seen_time_ = measured_.object_time;
     looked_ = true;
     record();
     check_fall();
+    if (touch_ && is_last_goal() && !over_) next_goal();
   }
 
   void record() {
@@ -141,8 +147,8 @@ class Executor {
     q_.push_back(measured_.q), planned_.push_back(q_plan_), commands_.push_back(u_);
     out_.piece.push_back(static_cast<int>(out_.pieces.size()) - 1);
     if (!how_.on_sample) return;
-    how_.on_sample(
-        {now(), state_, measured_.q, q_plan_, u_, out_.piece.back(), static_cast<int>(out_.plans.size()), goal_share(measured_.q)});
+    how_.on_sample({now(), state_, measured_.q, q_plan_, u_, out_.piece.back(), static_cast<int>(out_.plans.size()),
+                    goal_share(measured_.q), static_cast<int>(goal_)});
   }
 
   double depth(const Eigen::VectorXd& q, int object) const {
@@ -246,6 +252,7 @@ class Executor {
     u_ = measured_.u;
     q_plan_ = measured_.q;
     set_floor({});
+    out_.goals.push_back({});
     look();
     if (!settle()) return;
     std::string cause = "start";
@@ -255,10 +262,11 @@ class Executor {
       if (!is_at(trajectory->q.col(0), kThere)) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
     while (!over_) {
-      if (is_at_goal()) {
+      if (touch_ || is_at_goal()) {
         if (hold_goal()) {
-          end(RunEnd::Reached);
-          return;
+          next_goal();
+          cause = "the next goal";
+          continue;
         }
         cause = "the object left the goal";
         trajectory.reset();
@@ -273,6 +281,47 @@ class Executor {
         if (!over_) settle();
       }
     }
+  }
+
+  // ---- goals in a row
+
+  RunSpeeds make_speeds() const { return how_.speed ? *how_.speed : calc_run_speeds(model_, problem_.goal.object, how_.speed_factor); }
+
+  bool is_last_goal() const { return goal_ + 1 == goals_.size(); }
+
+  void leave_goal(bool reached) {
+    RunGoal& goal = out_.goals.back();
+    goal.reached = reached;
+    goal.end_s = touch_ ? touch_->time : now();
+    goal.replans = out_.replans - replans_before_;
+    goal.error = planning::goal_error(model_, touch_ ? touch_->q : watch_.mean(), problem_.goal);
+  }
+
+  /// The goal is reached: the next one is aimed at from where things are, or the run is over. What was learnt of the plant stays.
+  void next_goal() {
+    leave_goal(true);
+    if (is_last_goal()) {
+      end(RunEnd::Reached);
+      return;
+    }
+    const int object = problem_.goal.object;
+    ++goal_;
+    problem_.goal = goals_[goal_].goal, problem_.q_goal = goals_[goal_].q_goal;
+    RunGoal next;
+    next.begin_s = out_.goals.back().end_s;
+    out_.goals.push_back(next);
+    touch_.reset();
+    replans_before_ = out_.replans;
+    has_plan_ = asked_ = false;
+    gait_.reset();
+    source_.forget_plan();
+    if (problem_.goal.object == object) return;
+    speed_ = make_speeds();
+    follow_time_ = calc_follow_time(model_, problem_.goal.object);
+    window_ = how_.settle_time + follow_time_;
+    watch_.set_window(window_);
+    hold_.reset();
+    if (how_.active_hold) catch_what_moves();
   }
 
   // ---- fingers one by one
@@ -316,7 +365,7 @@ class Executor {
           begin_piece(finger >= 0 ? SegmentKind::Regrasp : SegmentKind::Contact);
         }
       }
-      if (gait_->stalls() || !tick(u_ + step_) || is_displaced()) break;
+      if (gait_->stalls() || !tick(u_ + step_) || is_displaced() || touch_) break;
     }
     end_piece();
     holds_ = false;
@@ -355,7 +404,8 @@ class Executor {
   /// Every plan after the first counts, whatever calls for it. False: they are used up, and the run is over.
   bool may_plan() {
     if (!has_plan_) return has_plan_ = true;
-    if (out_.replans == how_.replans) return end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", out_.replans));
+    if (out_.replans - replans_before_ == how_.replans)
+      return end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", how_.replans));
     ++out_.replans;
     return true;
   }
@@ -474,8 +524,8 @@ class Executor {
       const bool held = follow(trajectory, piece, zero) && arrive(trajectory, piece, zero);
       report.end_s = now();
       report.off = off_;
-      report.given_up = !held;
-      if (over_) return {};
+      report.given_up = !held && !touch_;
+      if (over_ || touch_) return {};
       if (!held && displaced_) return "the object was put elsewhere";
       if (!held)
         return fmt::format("{} was {:.1f} tolerances off its plan", piece.kind == SegmentKind::Regrasp ? "a regrasp" : "a push", off_);
@@ -501,6 +551,7 @@ class Executor {
       looked_ = holds_ = caught_ = false;
       if (!tick(u) || is_displaced()) return false;
       if (!looked_) continue;
+      if (touch_) return false;
       off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
                             how_.watch_interval, measured_.q, problem_.goal, is_last(trajectory, piece));
       if (off_ > how_.off_on_the_way) return false;
@@ -518,7 +569,7 @@ class Executor {
     if (off(measured_.q) <= kThere) return true;
     const double begin = now();
     const Eigen::VectorXd u_end = u_;
-    if (!settle([&] { return off(measured_.q) <= kThere; })) return false;
+    if (!settle([&] { return touch_ || off(measured_.q) <= kThere; })) return false;
     if (caught_ && !move_to(u_end)) return false;  // fingers are elsewhere
     zero += now() - begin;
     return off(watch_.mean()) <= how_.off_at_the_end;
@@ -534,6 +585,7 @@ class Executor {
       out_.q_plan.col(k) = planned_[static_cast<std::size_t>(k)];
       out_.u.col(k) = commands_[static_cast<std::size_t>(k)];
     }
+    if (!out_.goals.empty() && !out_.reached()) leave_goal(touch_.has_value());
     if (n > 0) {
       out_.error = planning::goal_error(model_, watch_.mean(), problem_.goal);
       out_.duration_s = out_.times.back();
@@ -543,7 +595,15 @@ class Executor {
   const Model& model_;
   DriverLink link_;
   bool real_time_;
-  const planning::PlanningProblem& problem_;
+  std::span<const planning::PlanningProblem> goals_;
+  std::size_t goal_ = 0;               ///< of them, the one on the way to which the run is …
+  planning::PlanningProblem problem_;  ///< … which is this
+  int replans_before_ = 0;             ///< it was aimed at
+  struct Touch {
+    double time;
+    Eigen::VectorXd q;
+  };
+  std::optional<Touch> touch_;  ///< when it was first seen to be reached, and where things were, if it need not be held
   const RunOptions& how_;
   const core::RunControl& control_;
   RunResult& out_;
@@ -581,15 +641,27 @@ class Executor {
 
 Status run(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
            const core::RunControl& control, RunResult& out, const planning::Plan* first) {
+  return run(plant, std::span(&problem, 1), options, how, control, out, first);
+}
+
+Status run(Driver& plant, std::span<const planning::PlanningProblem> goals, const planning::PlannerOptions& options, const RunOptions& how,
+           const core::RunControl& control, RunResult& out, const planning::Plan* first) {
   const auto start = core::RunControl::Clock::now();
   how.validate();
-  if (!problem.model) core::throw_invalid("problem.model", "nothing", "a model");
-  if (problem.goal.object < 0 || problem.goal.object >= static_cast<int>(problem.model->objects().size()))
-    core::throw_invalid("goal.object", std::to_string(problem.goal.object), "the index of an object");
-  if (problem.model->n_a() == 0) core::throw_invalid("problem.model", "no robot", "one that can push");
-  options.validate(*problem.model);
+  if (goals.empty()) core::throw_invalid("goals", "none", "at least one");
+  const auto& model = goals.front().model;
+  if (!model) core::throw_invalid("problem.model", "nothing", "a model");
+  for (std::size_t i = 0; i < goals.size(); ++i) {
+    const std::string name = goals.size() == 1 ? "goal" : fmt::format("goals[{}]", i);
+    const int object = goals[i].goal.object;
+    if (goals[i].model != model) core::throw_invalid(name, "another model", "that of the first one");
+    if (object < 0 || object >= static_cast<int>(model->objects().size()))
+      core::throw_invalid(name + ".object", std::to_string(object), "the index of an object");
+  }
+  if (model->n_a() == 0) core::throw_invalid("problem.model", "no robot", "one that can push");
+  options.validate(*model);
   out = RunResult{};
-  Executor(plant, problem, options, how, control, out).go(first);
+  Executor(plant, goals, options, how, control, out).go(first);
   out.wall_s = core::seconds_since(start);
   out.status = out.end == RunEnd::Reached     ? Status::Solved
                : out.end == RunEnd::Cancelled ? Status::Cancelled
