@@ -305,6 +305,39 @@ def test_tests_of_both_programs_are_looked_at_over_a_motion(tmp_path: Path) -> N
     assert resting.theirs_s == 0.1
 
 
+def test_goals_in_a_row_stand_with_what_holds_for_all() -> None:
+    figures = peers.load_peers(peers.ROWS)
+    assert figures is not None
+    text = "\n".join(peers.write_rows(figures))
+    assert (ROOT / figures["command"].split()[0]).is_file() and figures["command"] in text and len(figures["differs"]) >= 4
+    for entry in figures["rows"]:
+        assert entry["least"] <= entry["median"] <= entry["most"] and entry["goals"] >= entry["most"] and 0 <= entry["dropped"] <= entry["n"]
+        assert f"| {entry['scene']} | {entry['program']} | {entry['n']} | {entry['goals']} | {entry['median']} |" in text
+    both = [entry["scene"] for entry in figures["rows"] if entry["program"] == "`stiction run`"]
+    assert len(both) == len(set(both)) >= 2
+
+
+def test_goals_turn_by_the_rule_of_the_environment_and_count_by_orientation_alone() -> None:
+    sys.path.insert(0, str(ROOT / "experiments"))
+    import goals_in_row as row
+
+    goals = np.array(row.draw_goals(np.random.default_rng(3)))
+    assert goals.shape == (row.GOALS, 4) and np.allclose(np.linalg.norm(goals, axis=1), 1)
+    turns = np.array([row.times(a * [1, -1, -1, -1], b) for a, b in zip(goals, goals[1:])])  # in the frame of the one before
+    turns *= np.sign(turns[:, 1:2])  # about axes whose parts are positive
+    vectors = 2 * np.arctan2(np.linalg.norm(turns[:, 1:], axis=1), turns[:, 0])[:, None] * turns[:, 1:] / np.linalg.norm(turns[:, 1:], axis=1)[:, None]
+    assert vectors.min() > 0.5 - 1e-9 and vectors.max() < 2.5 + 1e-9 and vectors.max() - vectors.min() > 1.9
+    for goal in goals[:20]:
+        r, p, y = row.roll_pitch_yaw(goal)
+        again = row.times(row.times(row.turn_by(np.array([0, 0, y])), row.turn_by(np.array([0, p, 0]))), row.turn_by(np.array([r, 0, 0])))
+        assert row.angle_between(again, goal) < 1e-6
+    judge = row.Judge([[1, 0, 0, 0], row.turn_by(np.array([0.5, 0, 0])).tolist()] + goals[:2].tolist())
+    assert judge.look(0.1, np.array([9.0, 0, 0]), row.turn_by(np.array([0.09, 0, 0]))) and judge.reached == [0.1]
+    assert judge.look(0.2, np.zeros(3), row.turn_by(np.array([0.39, 0, 0]))) and judge.reached == [0.1], "0.11 rad from the second"
+    assert judge.look(0.3, np.zeros(3), -row.turn_by(np.array([0.55, 0, 0]))) and judge.reached == [0.1, 0.3]
+    assert not judge.look(0.4, np.array([0, 0, row.LOWEST - 1e-3]), goals[0]) and judge.dropped_s == 0.4
+
+
 def test_without_a_renderer_a_sentence_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MUJOCO_GL", "paper")
     out = tmp_path / "out"
