@@ -118,17 +118,18 @@ def test_goal_that_need_not_be_held_counts_at_once() -> None:
 
 TWO_BOXES = {
     "scene": {
-        "robots": [{"name": "ball", "mjcf": "<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0'/><body><joint name='y' type='slide' axis='0 1 0'/><geom size='0.1' mass='1'/></body></body></worldbody>"
-                    "<actuator><position joint='x' kp='100' kv='20' ctrlrange='-3 3'/><position joint='y' kp='100' kv='20' ctrlrange='-3 3'/></actuator></mujoco>"}],
+        "robots": [{"name": "ball", "mjcf": "<mujoco><worldbody><body name='rail'><body name='ball'><joint name='x' type='slide' axis='1 0 0' range='-3 3' limited='true'/><joint name='y' type='slide' axis='0 1 0' range='-3 3' limited='true'/><geom name='tip' size='0.1' mass='1'/></body></body></worldbody>"
+                    "<actuator><position joint='x' kp='500' kv='20' forcerange='-50 50'/><position joint='y' kp='500' kv='20' forcerange='-50 50'/></actuator></mujoco>"}],
         "objects": [{"name": name, "joint": "planar_xy", "mass": 1.0, "shapes": [{"box": {"size": [0.4, 0.4, 0.4]}}]} for name in "ab"],
     },
     "start": {"objects": {"a": {"coordinates": [0.6, 0.5, 0]}, "b": {"coordinates": [-0.6, 0.5, 0]}}, "joints": [0, 0]},
+    "goal": {"objects": {"a": {"coordinates": [0.6, 0.7, None]}}},
     "tolerance": {"position": 0.03, "angle": 0.2},
 }  # fmt: skip
 
 
 def test_each_goal_may_be_about_another_object() -> None:
-    task = st.Task(TWO_BOXES | {"goal": {"objects": {"a": {"coordinates": [0.6, 0.7, None]}}}})
+    task = st.Task(TWO_BOXES)
     goals = [{"objects": {"a": {"coordinates": [0.6, 0.7, None]}}}, {"objects": {"b": {"coordinates": [-0.6, 0.7, None]}}}]
     run = st.run(task, goals=goals, **SAME)
     assert run.reached, run.message
@@ -141,7 +142,7 @@ def test_what_are_no_goals(real_plan: Path) -> None:
     for goals, words in (
         ([], "goals: got an empty list, expected a list of goals"),
         ([ONE, [1, 2]], r"goals\[1\]: got 2 numbers, expected 3"),
-        ([ONE, {"objects": {"cup": {"coordinates": [0, 0, 0]}}}], r"goals\[1\].objects.cup: got 'cup'"),
+        ([ONE, {"objects": {"cup": {"coordinates": [0, 0, 0]}}}], r"goals\[1\].objects.cup: got unknown object 'cup'"),
         ([ONE, [0, float("nan"), 0]], r"goals\[1\]\[1\]: got .nan"),
         ([ONE, object()], r"goals\[1\]: got a value of type object"),
     ):
