@@ -508,6 +508,7 @@ TEST(RunInARow, GoalThatNeedNotBeHeld_CountsOnTheWay) {
   EXPECT_LT(rig.out.goals[0].end_s, held.out.goals[0].end_s - held.how.hold);
   const auto first_inside = [&](std::size_t goal) {
     for (std::size_t k = 0; k < rig.out.times.size(); ++k) {
+      if (goal > 0 && rig.out.times[k] <= rig.out.goals[goal - 1].end_s) continue;
       if (planning::goal_error(*rig.model, rig.out.q.col(static_cast<Eigen::Index>(k)), goals[goal].goal).within(goals[goal].goal))
         return rig.out.times[k];
     }
@@ -515,7 +516,7 @@ TEST(RunInARow, GoalThatNeedNotBeHeld_CountsOnTheWay) {
   };
   EXPECT_EQ(rig.out.goals[0].end_s, first_inside(0));
   EXPECT_EQ(rig.out.goals[1].end_s, first_inside(1));
-  EXPECT_EQ(rig.out.duration_s, rig.out.goals[1].end_s) << "the run ended at once";
+  EXPECT_LE(rig.out.duration_s, held.out.duration_s - 2 * held.how.hold);
 }
 
 TEST(RunInARow, Mistakes_AreNamed) {

@@ -114,7 +114,7 @@ TEST_F(GoalsInRow, AWrongOne_IsNamedWithItsNumberAndPlace) {
   EXPECT_EQ(message_of([&] { (void)parse_goals(given, "[[0, 1, 0], [1]]", "goals"); }),
             "goals[1]: got 1 numbers, expected 3 (the coordinates of 'a')");
   EXPECT_EQ(message_of([&] { (void)parse_goals(given, "[[0, 1, 0], [0, 1, true]]", "goals"); }),
-            "goals[1][2]: got true, expected a number");
+            "goals[1][2]: got 'true', expected a number");
   EXPECT_EQ(message_of([&] {
               (void)make_goals(given, {{0.0, 1.0, 0.0}, {1.0}}, "--goal");
             }),

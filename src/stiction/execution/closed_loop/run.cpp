@@ -297,6 +297,13 @@ class Executor {
     goal.error = planning::goal_error(model_, touch_ ? touch_->q : watch_.mean(), problem_.goal);
   }
 
+  /// Things went on moving since the goal before was reached: where they came through counts.
+  void look_back(double since) {
+    for (std::size_t k = 0; k < q_.size() && !touch_; ++k) {
+      if (out_.times[k] > since && goal_share(q_[k]) <= 1) touch_ = {out_.times[k], q_[k]};
+    }
+  }
+
   /// The goal is reached: the next one is aimed at from where things are, or the run is over. What was learnt of the plant stays.
   void next_goal() {
     leave_goal(true);
@@ -315,6 +322,7 @@ class Executor {
     has_plan_ = asked_ = false;
     gait_.reset();
     source_.forget_plan();
+    if (how_.hold == 0) look_back(out_.goals.back().begin_s);
     if (problem_.goal.object == object) return;
     speed_ = make_speeds();
     follow_time_ = calc_follow_time(model_, problem_.goal.object);
