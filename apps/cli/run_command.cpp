@@ -13,7 +13,7 @@
 #include "stiction/execution/closed_loop/part_start.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
-#include "stiction/execution/open_loop/run_timing.hpp"
+#include "stiction/tasks/goals_in_row.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/touch_first.hpp"
@@ -30,11 +30,11 @@ using json = nlohmann::ordered_json;
 
 struct RunArguments {
   std::string target;  ///< task or plan
-  std::string goal;
+  std::vector<std::string> goals;
+  std::string goals_file;
   std::string touch_first;  ///< scenario of guarded moves
   std::optional<std::uint64_t> seed;
   double timeout_s = 300;
-  double speed = 1;
   std::vector<double> noise;          ///< of poses: [m], [rad]
   std::vector<std::string> pushes{};  ///< from outside
   execution::RunOptions how;
@@ -54,11 +54,34 @@ struct Given {
   std::optional<tasks::PlanFile> file;
   planning::Plan plan;
   planning::PlannerOptions options;
+  std::vector<planning::PlanningProblem> later;  ///< goals after that of the task
   std::shared_ptr<const world::Model> world;     ///< what is simulated; null: what is known
   std::optional<planning::CarryResult> carried;  ///< of a plan that was given, after guarded moves
 };
 
 bool is_plan(const std::string& target) { return target.ends_with(".json") || fs::is_directory(target); }
+
+/// The goals of the command line: the first one is that of the task, the others come after it.
+void set_goals(const RunArguments& arguments, Given& given) {
+  const std::string option = arguments.goals_file.empty() ? "--goal" : "--goals";
+  if (arguments.goals.empty() && arguments.goals_file.empty()) return;
+  if (!arguments.goals.empty() && !arguments.goals_file.empty()) core::throw_invalid("--goals", "a file beside --goal", "one of the two");
+  if (given.file) core::throw_invalid(option, "a goal with a plan", "none: a plan has its own");
+  std::vector<planning::PlanningProblem> goals;
+  if (arguments.goals_file.empty()) {
+    std::vector<std::vector<std::optional<double>>> numbers;
+    for (const std::string& goal : arguments.goals) numbers.push_back(parse_numbers("--goal", goal));
+    goals = tasks::make_goals(given.task, numbers, "--goal");
+  } else {
+    goals = tasks::load_goals(given.task, arguments.goals_file);
+  }
+  if (goals.size() > 1 && !arguments.touch_first.empty())
+    core::throw_invalid("--touch-first", fmt::format("it with {} goals", goals.size()), "one goal");
+  given.task.problem = std::move(goals.front());
+  given.task.goal_from_command_line = true;
+  goals.erase(goals.begin());
+  given.later = std::move(goals);
+}
 
 Given load(const RunArguments& arguments) {
   Given out;
@@ -73,10 +96,7 @@ Given load(const RunArguments& arguments) {
     out.task = tasks::load_task(arguments.target, data_dirs());
     out.options = out.task.options;
   }
-  if (!arguments.goal.empty()) {
-    if (out.file) core::throw_invalid("--goal", "a goal with a plan", "none: a plan has its own");
-    tasks::set_goal(out.task, parse_numbers("--goal", arguments.goal));
-  }
+  set_goals(arguments, out);
   out.options.seed = arguments.seed.value_or(out.options.seed);
   out.options.threads = arguments.threads.value_or(0);
   return out;
@@ -160,6 +180,7 @@ class Recorder {
         plant(given.world ? given.world : given.task.model, start.q, arguments.world),
         model_(*given.task.model),
         watch_(plant),
+        goals_(1 + given.later.size()),
         keeps_(arguments.html || !arguments.out_dir.empty()) {}
 
   void take(const execution::RunSample& sample) {
@@ -168,8 +189,9 @@ class Recorder {
       forces_.push_back(plant.world().forces());
       torques_.push_back(plant.take_torques());
     }
-    line.show(fmt::format("{:6.2f} s  {:7}  {} plans, {} pieces   {:.3g} tolerances from the goal", sample.time,
-                          execution::to_string(sample.state), sample.plans, sample.piece + 1, sample.goal_share));
+    line.show(fmt::format("{:6.2f} s  {:7}  {} plans, {} pieces   {:.3g} tolerances from {}", sample.time,
+                          execution::to_string(sample.state), sample.plans, sample.piece + 1, sample.goal_share,
+                          goals_ > 1 ? fmt::format("goal {} of {}", sample.goal + 1, goals_) : "the goal"));
   }
   execution::Handling handling() const { return watch_.result(); }
   const std::vector<std::vector<simulation::PairForce>>& forces() const { return forces_; }  ///< per look
@@ -186,6 +208,7 @@ class Recorder {
  private:
   const world::Model& model_;
   execution::HandlingWatch watch_;
+  std::size_t goals_;
   bool keeps_;
   std::vector<std::vector<simulation::PairForce>> forces_;
   std::vector<Eigen::VectorXd> torques_;
@@ -193,8 +216,13 @@ class Recorder {
 
 json to_json(const planning::GoalError& error) { return {{"position", error.position}, {"angle", error.angle}}; }
 
+/// That which a run was on its way to at its end.
+const planning::Goal& last_goal(const Given& given, const execution::RunResult& r) {
+  return r.goals.size() < 2 ? given.task.problem.goal : given.later[r.goals.size() - 2].goal;
+}
+
 json report(const Given& given, const RunArguments& arguments, const execution::RunResult& r, const Recorder& recorder) {
-  const planning::Goal& goal = given.task.problem.goal;
+  const planning::Goal& goal = last_goal(given, r);
   json out;
   out["status"] = execution::to_string(r.end);
   out["task"] = given.task.name;
@@ -223,6 +251,16 @@ json report(const Given& given, const RunArguments& arguments, const execution::
   out["world"] = {{"friction", arguments.world.friction},     {"mass", arguments.world.mass},
                   {"pose_noise", arguments.world.pose_noise}, {"angle_noise", arguments.world.angle_noise},
                   {"pose_delay", arguments.world.pose_delay}, {"pushes", arguments.world.pushes.size()}};
+  out["goals_given"] = 1 + given.later.size();
+  out["goals_reached"] = r.goals_reached();
+  out["goals"] = json::array();
+  for (const auto& one : r.goals) {
+    out["goals"].push_back({{"reached", one.reached},
+                            {"begin_s", one.begin_s},
+                            {"end_s", one.end_s},
+                            {"error", to_json(one.error)},
+                            {"replans", one.replans}});
+  }
   out["plans"] = json::array();
   for (const auto& plan : r.plans) {
     out["plans"].push_back({{"time_s", plan.time},
@@ -258,8 +296,15 @@ void print_start(std::FILE* to, const world::Model& model, const execution::Part
 
 void print_summary(std::FILE* to, const Given& given, const execution::RunResult& r, const json& out) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  const planning::Goal& goal = given.task.problem.goal;
-  say(to, "{}, seed {}: run in closed loop: {}\n", given.task.name, given.options.seed, r.reached() ? "goal reached" : r.message);
+  const planning::Goal& goal = last_goal(given, r);
+  const std::size_t goals = 1 + given.later.size();
+  const std::string reached = goals > 1 ? fmt::format("{} goals reached", goals) : "goal reached";
+  say(to, "{}, seed {}: run in closed loop: {}\n", given.task.name, given.options.seed, r.reached() ? reached : r.message);
+  if (goals > 1) {
+    row("goals", fmt::format("{} of {} reached", r.goals_reached(), goals));
+    for (std::size_t i = 0; i < r.goals.size(); ++i)
+      row("", fmt::format("{:6.2f} s: goal {} {}", r.goals[i].end_s, i + 1, r.goals[i].reached ? "reached" : "not reached"));
+  }
   double thought = 0;
   for (const auto& plan : r.plans) thought += plan.clock_s;
   row("time", fmt::format("{:.2f} s simulated, {:.2f} s of them planning", r.duration_s, thought));
@@ -374,15 +419,15 @@ int run_run(RunArguments arguments) {
     if (given.file) carry(*felt, control, given);
     if (given.carried) print(to, *given.carried);
   }
-  arguments.how.speed = execution::calc_run_speeds(*given.task.model, given.task.problem.goal.object, arguments.speed);
   print_warnings(tasks::lint(given.task, control));
   catch_signals();
   Recorder recorder(given, arguments);
   arguments.how.on_sample = [&recorder](const execution::RunSample& sample) { recorder.take(sample); };
   control.on_progress = [&recorder](const core::Progress& progress) { recorder.line.show(progress); };
   execution::RunResult result;
-  const Status status =
-      execution::run(recorder.plant, given.task.problem, given.options, arguments.how, control, result, first_plan(given));
+  std::vector<planning::PlanningProblem> goals{given.task.problem};
+  goals.insert(goals.end(), given.later.begin(), given.later.end());
+  const Status status = execution::run(recorder.plant, goals, given.options, arguments.how, control, result, first_plan(given));
   recorder.line.clear();
 
   json out = report(given, arguments, result, recorder);
@@ -403,15 +448,25 @@ Run declare_run(CLI::App& command) {
   const auto arguments = std::make_shared<RunArguments>();
   RunArguments& a = *arguments;
   command.add_option("target", a.target, "Name of a built-in task, a task file (.yaml), a plan file (.json) or its folder")->required();
-  add_goal(command, a.goal);
+  command
+      .add_option("--goal", a.goals,
+                  "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates; ~ for any value; may be "
+                  "repeated: goals that are reached one after another")
+      ->allow_extra_args(false);
+  command.add_option(
+      "--goals", a.goals_file,
+      "File with a list of goals (.yaml) that are reached one after another: each a list of numbers, or what `goal` of a task "
+      "may be");
+  add_number(command, "--hold", a.how.hold,
+             "A goal counts once the object was within its tolerances for so long [s]; 0: as soon as it is seen there", Bound::NonNegative);
   command.add_option("--touch-first", a.touch_first,
                      "Scenario of guarded moves, a name or a file with the key `task`: they are carried out first, and correct the scene "
                      "by what the arm felt");
   add_seed(command, a.seed, "Seed of the plans and of the noise");
   add_timeout(command, a.timeout_s, "Wall-clock budget of the run [s]");
   add_threads(command, a.threads);
-  add_integer(command, "--replans", a.how.replans, "Plans after the first one, at most", {0, 1000000});
-  add_number(command, "--duration", a.how.duration, "Simulated time, at most [s]", Bound::Positive);
+  add_integer(command, "--replans", a.how.replans, "Plans after the first one of a goal, at most", {0, 1000000});
+  add_number(command, "--duration", a.how.duration, "Simulated time, of all goals, at most [s]", Bound::Positive);
   add_number(command, "--planning-rate", a.how.planning_rate,
              "Seconds of one core that the planner works within a simulated second; 0: the clock stands still meanwhile",
              Bound::NonNegative);
@@ -421,7 +476,7 @@ Run declare_run(CLI::App& command) {
   command.add_flag("--no-finger-gait", a.no_finger_gait,
                    "Plan also for an object that would roll out of an open hand, in place of fingers that turn it one by one");
   command.add_flag("--no-join", a.no_join, "Search every plan, and go on with none");
-  add_speed(command, a.speed);
+  add_speed(command, a.how.speed_factor);
   add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
   add_number(command, "--mass", a.world.mass, "Multiplies the mass of every object in the simulation", Bound::Positive);
   add_numbers(command, "--pose-noise", a.noise, "Standard deviation of measured object poses: \"M,RAD\" [m], [rad]", Bound::NonNegative, 2);

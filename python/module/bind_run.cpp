@@ -15,16 +15,19 @@
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
+#include "stiction/tasks/goals_in_row.hpp"
 #include "stiction/tasks/scene_text.hpp"
 #include "stiction/tasks/touch_first.hpp"
 #include "stiction/tasks/touch_scenario_file.hpp"
 #include "watcher.hpp"
+#include "yaml_text.hpp"
 
 namespace stiction::python {
 namespace {
 
 using execution::OutsidePush;
 using execution::RunEnd;
+using execution::RunGoal;
 using execution::RunOptions;
 using execution::RunPiece;
 using execution::RunPlan;
@@ -43,6 +46,7 @@ struct Look {
   Eigen::VectorXd q, q_plan, u;
   int piece = -1, plans = 0;
   double goal_share = 0;
+  int goal = 0;
   Eigen::VectorXd torque;                       ///< empty of a plant of one's own
   std::vector<simulation::PairForce> forces{};  ///< … likewise
 };
@@ -50,7 +54,8 @@ struct Look {
 using OnSample = std::optional<nb::typed<nb::callable, void(Look)>>;
 
 Look look_at(const execution::RunSample& sample, execution::SimulatedPlant* simulated) {
-  Look out{sample.time, sample.state, sample.q, sample.q_plan, sample.u, sample.piece, sample.plans, sample.goal_share, {}, {}};
+  Look out{sample.time, sample.state, sample.q, sample.q_plan, sample.u, sample.piece, sample.plans, sample.goal_share,
+           sample.goal, {},           {}};
   if (simulated == nullptr) return out;
   out.torque = simulated->take_torques();
   out.forces = simulated->world().forces();
@@ -118,13 +123,23 @@ bool feel(const TouchFirst& first, const WorldOptions& world, const planning::Pl
   return false;
 }
 
-std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plant, const std::optional<OptionsLike>& options,
-                                std::optional<std::uint64_t> seed, double speed, int replans, double duration, double friction_scale,
-                                double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
-                                const std::vector<PushLike>& pushes, int threads, double timeout_s, double plan_timeout_s,
-                                std::optional<double> plan_processor_s, double planning_rate, std::optional<double> plan_step_time_s,
-                                bool active_hold, bool join, bool finger_gait, const std::optional<TouchFirst>& touch_first,
-                                const Callback& on_progress, const OnSample& on_sample) {
+using GoalsLike = std::optional<std::variant<std::string, std::filesystem::path, nb::sequence>>;
+
+/// In place of the goal of the task.
+std::vector<planning::PlanningProblem> goals_of(const tasks::Task& task, const GoalsLike& goals) {
+  if (!goals) return {task.problem};
+  if (const auto* list = std::get_if<nb::sequence>(&*goals)) return tasks::parse_goals(task, yaml_text(*list, "goals"), "goals");
+  const auto* name = std::get_if<std::string>(&*goals);
+  return tasks::load_goals(task, name ? std::filesystem::path(*name) : std::get<std::filesystem::path>(*goals));
+}
+
+std::unique_ptr<RunOutcome> run(const Target& target, const GoalsLike& goals_given, double hold, const nb::object& own_plant,
+                                const std::optional<OptionsLike>& options, std::optional<std::uint64_t> seed, double speed, int replans,
+                                double duration, double friction_scale, double mass_scale, std::pair<double, double> pose_noise,
+                                double pose_delay, const std::vector<PushLike>& pushes, int threads, double timeout_s,
+                                double plan_timeout_s, std::optional<double> plan_processor_s, double planning_rate,
+                                std::optional<double> plan_step_time_s, bool active_hold, bool join, bool finger_gait,
+                                const std::optional<TouchFirst>& touch_first, const Callback& on_progress, const OnSample& on_sample) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
   planning::PlannerOptions planner = given ? tasks::options_of_plan(*task.model, (*given)->file, "plan") : task.options;
@@ -137,6 +152,10 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
     task.problem.goal = plan->goal;
     task.problem.q_start = execution::start_of(*task.model, *plan);
   }
+  if (given && goals_given) core::throw_invalid("goals", "goals with a plan", "None: a plan has its own");
+  std::vector<planning::PlanningProblem> goals = goals_of(task, goals_given);
+  if (goals.size() > 1 && touch_first) core::throw_invalid("touch_first", fmt::format("it with {} goals", goals.size()), "one goal");
+  task.problem = goals.front();
   const int object = task.problem.goal.object;
   const WorldOptions differs = world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed);
   if (touch_first && !own_plant.is_none())
@@ -149,7 +168,9 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
     return out;
   }
   const world::Model& model = *task.model;
+  goals.front() = task.problem;
   RunOptions how;
+  how.hold = hold;
   how.replans = replans;
   how.duration = duration;
   how.plan_timeout = plan_timeout_s;
@@ -159,7 +180,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   how.finger_gait = finger_gait;
   how.join = join;
   how.plan_step_time = plan_step_time_s;
-  how.speed = execution::calc_run_speeds(model, object, speed);
+  how.speed_factor = speed;
   const Eigen::VectorXd& q_start = task.problem.q_start;
   const execution::PartedStart parted = own_plant.is_none() && !touch_first
                                             ? execution::part_start(task.model, q_start, planner.step_options(model))
@@ -183,7 +204,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   out->start_moved = parted.moved;
   {
     const nb::gil_scoped_release unlocked;
-    (void)execution::run(plant, task.problem, planner, how, control, out->result, plan ? &*plan : nullptr);  // the status is in the result
+    (void)execution::run(plant, goals, planner, how, control, out->result, plan ? &*plan : nullptr);  // the status is in the result
   }
   watcher.rethrow();
   own.rethrow();
@@ -191,7 +212,8 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
     out->true_error = out->result.error;
     return out;
   }
-  out->true_error = planning::goal_error(model, simulated.world().q(), task.problem.goal);
+  const std::size_t begun = std::max<std::size_t>(1, out->result.goals.size());
+  out->true_error = planning::goal_error(model, simulated.world().q(), goals[begun - 1].goal);
   out->max_depth = simulated.world().max_depth();
   out->largest_effort = simulated.world().largest_effort();
   out->handling = handling.result();
@@ -223,6 +245,7 @@ void bind_parts(nb::module_& m) {
       .def_ro("piece", &Look::piece, "index into RunResult.pieces; -1 before the first")
       .def_ro("plans", &Look::plans, "so far")
       .def_ro("goal_share", &Look::goal_share, "how far the object is from the goal, in its tolerances")
+      .def_ro("goal", &Look::goal, "which one of goals in a row")
       .def_ro("torque", &Look::torque,
               "of the motors, of each the largest since the sample before (n_a) [N m or N]; empty of a plant of one's own")
       .def_ro("forces", &Look::forces, "by pair; empty of a plant of one's own");
@@ -235,6 +258,12 @@ void bind_parts(nb::module_& m) {
       .def_ro("cause", &RunPlan::cause, "why it was asked")
       .def_ro("joined", &RunPlan::joined, "the plan before was gone on with, and nothing was searched")
       .def_ro("reason", &RunPlan::reason, "what the planner said, where it found nothing");
+  nb::class_<RunGoal>(m, "RunGoal", "One goal of a run.")
+      .def_ro("reached", &RunGoal::reached)
+      .def_ro("begin_s", &RunGoal::begin_s, "since the start of the run, when it was the next one to be reached")
+      .def_ro("end_s", &RunGoal::end_s, "... when it had been held for as long as asked, or the run ended")
+      .def_ro("replans", &RunGoal::replans, "plans after the first one for it")
+      .def_ro("error", &RunGoal::error, "at its end, as measured");
   nb::class_<RunPiece>(m, "RunPiece", "What was carried out of a piece of a plan.")
       .def_ro("kind", &RunPiece::kind, "Contact or Regrasp")
       .def_ro("plan", &RunPiece::plan, "index into RunResult.plans; -1: the given one, or none was needed yet")
@@ -265,7 +294,10 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("status", of(&RunResult::status), "Solved: reached")
       .def_prop_ro("end", of(&RunResult::end), "why the run ended")
       .def_prop_ro("message", of(&RunResult::message), "the same in words, where the goal was not reached")
-      .def_prop_ro("reached", [](const RunOutcome& r) { return r.result.reached(); })
+      .def_prop_ro(
+          "reached", [](const RunOutcome& r) { return r.result.reached(); }, "all goals")
+      .def_prop_ro("goals", of(&RunResult::goals), "those that were begun, in a row")
+      .def_prop_ro("goals_reached", [](const RunOutcome& r) { return r.result.goals_reached(); })
       .def_prop_ro("error", of(&RunResult::error), "of the object at the end, as measured")
       .def_ro("true_error", &RunOutcome::true_error, "... and as it is; of a plant of one's own as measured")
       .def_prop_ro(
@@ -312,15 +344,20 @@ void bind_run(nb::module_& m) {
                            r.result.plans.size());
       });
   const RunOptions standard;
-  m.def("run", &run, "target"_a, nb::kw_only(), "plant"_a = nb::none(), "options"_a = nb::none(), "seed"_a = nb::none(), "speed"_a = 1.0,
-        "replans"_a = standard.replans, "duration"_a = standard.duration, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
-        "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
-        "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate,
-        "plan_step_time_s"_a = nb::none(), "active_hold"_a = standard.active_hold, "join"_a = standard.join,
-        "finger_gait"_a = standard.finger_gait, "touch_first"_a = nb::none(), "on_progress"_a = nb::none(), "on_sample"_a = nb::none(),
+  m.def("run", &run, "target"_a, nb::kw_only(), "goals"_a = nb::none(), "hold"_a = standard.hold, "plant"_a = nb::none(),
+        "options"_a = nb::none(), "seed"_a = nb::none(), "speed"_a = 1.0, "replans"_a = standard.replans, "duration"_a = standard.duration,
+        "friction_scale"_a = 1.0, "mass_scale"_a = 1.0, "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0,
+        "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0, "plan_timeout_s"_a = standard.plan_timeout,
+        "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate, "plan_step_time_s"_a = nb::none(),
+        "active_hold"_a = standard.active_hold, "join"_a = standard.join, "finger_gait"_a = standard.finger_gait,
+        "touch_first"_a = nb::none(), "on_progress"_a = nb::none(), "on_sample"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
+  goals: in place of that of the task, reached one after another while the clock goes on: a list, or the name of a file with one (.yaml).
+    Each is numbers as of Task.set_goal, or a dict as `goal` of a task. Each is held before the next one begins, and one that is not
+    reached ends the run; `duration` and `timeout_s` are those of all. None: that of the task.
+  hold: a goal counts once the object was within its tolerances for so long [s], >= 0; 0: as soon as it is seen there, on its way as well.
   plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
     command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
     they are not taken. A plant whose clock goes on by itself has an attribute real_time that is True: it is commanded while the planner works.
@@ -328,7 +365,7 @@ void bind_run(nb::module_& m) {
   options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
   seed: of the plans and of the noise; None: that of the options.
   speed: times that which follows from object and motors, > 0; above 1 of pushes alone.
-  replans: after the first plan, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
+  replans: after the first plan of a goal, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
   friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
   pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
   pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
@@ -352,7 +389,7 @@ status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and
     >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
     >>> run.end, run.reached
     (RunEnd.TimeUp, False))");
-  def_pickle<Look, RunPlan, RunPiece, planning::CarryResult, RunOutcome>();
+  def_pickle<Look, RunPlan, RunGoal, RunPiece, planning::CarryResult, RunOutcome>();
 }
 
 }  // namespace stiction::python

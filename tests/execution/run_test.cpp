@@ -1,5 +1,6 @@
 #include "stiction/execution/closed_loop/run.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "planning/push_plan.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
@@ -382,6 +384,153 @@ TEST(Run, PlansAfterTheFirst_AreBoundedWhateverCallsForThem) {
     EXPECT_EQ(std::count_if(rig.out.plans.begin(), rig.out.plans.end(), [](const RunPlan& p) { return p.cause[0] != 'n'; }), 1 + replans)
         << "plans, those that were asked for again because they were refused aside";
   }
+}
+
+// ---- goals in a row
+
+/// The same goal, so much farther along y.
+planning::PlanningProblem farther(const Rig& rig, double way) {
+  planning::PlanningProblem out = rig.problem;
+  out.goal.X_WG.p.z() += way;
+  return out;
+}
+
+TEST(RunInARow, Goals_AreReachedAndHeldOneAfterAnother) {
+  Rig rig;
+  const std::vector<planning::PlanningProblem> goals{rig.problem, farther(rig, 0.1)};
+  std::vector<int> seen;
+  std::vector<double> shares;
+  rig.how.on_sample = [&](const RunSample& sample) { seen.push_back(sample.goal), shares.push_back(sample.goal_share); };
+  SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
+  ASSERT_EQ(execution::run(plant, goals, rig.planner, rig.how, rig.control, rig.out), Status::Solved) << rig.out.message;
+  EXPECT_TRUE(rig.out.reached());
+  EXPECT_EQ(rig.out.goals_reached(), 2);
+  ASSERT_EQ(rig.out.goals.size(), 2U);
+  const RunGoal &one = rig.out.goals[0], &two = rig.out.goals[1];
+  EXPECT_EQ(one.begin_s, 0);
+  EXPECT_EQ(two.begin_s, one.end_s);
+  EXPECT_NEAR(two.end_s, rig.out.duration_s, rig.how.watch_interval);
+  EXPECT_EQ(one.replans + two.replans, rig.out.replans);
+  EXPECT_LE(planning::goal_error(*rig.model, plant.world().q(), goals[1].goal).share(goals[1].goal), 1);
+  EXPECT_GT(planning::goal_error(*rig.model, plant.world().q(), goals[0].goal).share(goals[0].goal), 4)
+      << "the goals are one: the test would say nothing";
+  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    const RunGoal& goal = rig.out.goals[static_cast<std::size_t>(seen[k])];
+    const bool holds = rig.out.times[k] > goal.end_s - rig.how.hold && rig.out.times[k] < goal.end_s;
+    EXPECT_TRUE(!holds || shares[k] <= 1) << k;
+  }
+  const auto next =
+      std::find_if(rig.out.plans.begin(), rig.out.plans.end(), [](const RunPlan& plan) { return plan.cause == "the next goal"; });
+  ASSERT_NE(next, rig.out.plans.end());
+  EXPECT_GE(next->time, one.end_s);
+  EXPECT_FALSE(next->joined) << "the plan before led to another goal";
+}
+
+TEST(RunInARow, GivenPlan_IsToTheFirstOfThem) {
+  Rig rig;
+  const planning::Plan plan = planning::test::push_up(rig.model);
+  rig.problem.goal = plan.goal;
+  const std::vector<planning::PlanningProblem> goals{rig.problem, farther(rig, 0.1)};
+  SimulatedPlant plant(rig.model, plan.q_start, {});
+  ASSERT_EQ(execution::run(plant, goals, rig.planner, rig.how, rig.control, rig.out, &plan), Status::Solved) << rig.out.message;
+  ASSERT_FALSE(rig.out.plans.empty());
+  EXPECT_EQ(rig.out.pieces.front().plan, -1);
+  EXPECT_GE(rig.out.plans.front().time, rig.out.goals[0].end_s) << "nothing was planned for the first";
+}
+
+/// Plans after the first one count for each goal by itself, and each goal has a first one.
+TEST(RunInARow, GoalThatIsNotReached_EndsTheRunAfterTheOneBefore) {
+  Rig rig;
+  const std::vector<planning::PlanningProblem> goals{rig.problem, farther(rig, 1e3), farther(rig, 0.1)};
+  rig.planner.max_iterations = 100;
+  rig.how.replans = 1;
+  rig.how.refusals = 1;
+  SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
+  EXPECT_EQ(execution::run(plant, goals, rig.planner, rig.how, rig.control, rig.out), Status::MaxIterations);
+  EXPECT_FALSE(rig.out.reached());
+  EXPECT_EQ(rig.out.goals_reached(), 1);
+  ASSERT_EQ(rig.out.goals.size(), 2U) << "the third was not begun";
+  EXPECT_TRUE(rig.out.goals[0].reached);
+  EXPECT_FALSE(rig.out.goals[1].reached);
+  EXPECT_GT(rig.out.goals[1].error.position, 100);
+  EXPECT_EQ(rig.out.error.position, rig.out.goals[1].error.position) << "of the goal on the way to which the run ended";
+  EXPECT_EQ(rig.out.message.rfind("goal 2 of 3: ", 0), 0U) << rig.out.message;
+}
+
+TEST(RunInARow, TimeIsThatOfAllGoals) {
+  Rig whole;
+  const std::vector<planning::PlanningProblem> goals{whole.problem, farther(whole, 0.1)};
+  SimulatedPlant plant(whole.model, whole.problem.q_start, whole.world);
+  ASSERT_EQ(execution::run(plant, goals, whole.planner, whole.how, whole.control, whole.out), Status::Solved) << whole.out.message;
+  Rig rig;
+  rig.how.duration = whole.out.goals[0].end_s + 0.3;
+  SimulatedPlant other(rig.model, rig.problem.q_start, rig.world);
+  EXPECT_EQ(execution::run(other, goals, rig.planner, rig.how, rig.control, rig.out), Status::MaxIterations);
+  EXPECT_EQ(rig.out.end, RunEnd::TimeUp);
+  EXPECT_EQ(rig.out.goals_reached(), 1);
+  EXPECT_EQ(rig.out.goals[0].end_s, whole.out.goals[0].end_s) << "the same as without the limit";
+  EXPECT_EQ(rig.out.message, fmt::format("goal 2 of 2: not reached within {:g} s", rig.how.duration));
+}
+
+/// A ball that lies at the first goal is held there, and then a blow throws it out of the hand while the planner works on the second.
+TEST(RunInARow, ObjectThatFallsInBetween_EndsTheRunWithTheGoalsBefore) {
+  Rig rig;
+  rig.model = load_model("allegro_ball");
+  rig.problem.model = rig.model;
+  rig.problem.q_start = planning::test::allegro_start();
+  rig.problem.goal.X_WG = world::object_pose(*rig.model, rig.problem.q_start, 0);
+  rig.planner = {};
+  rig.planner.max_iterations = 20;
+  rig.how.plan_step_time = 1;  // the clock goes on for long
+  rig.how.finger_gait = false;
+  planning::PlanningProblem turned = rig.problem;
+  turned.goal.X_WG.R = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()).toRotationMatrix() * turned.goal.X_WG.R;
+  rig.world.pushes = {{.object = 0, .begin = 1.5, .duration = 0.1, .force_W = {0.3, 0, 0}}};
+  SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
+  EXPECT_EQ(execution::run(plant, std::vector{rig.problem, turned}, rig.planner, rig.how, rig.control, rig.out), Status::MaxIterations);
+  EXPECT_EQ(rig.out.end, RunEnd::Dropped) << rig.out.message;
+  EXPECT_EQ(rig.out.goals_reached(), 1);
+  EXPECT_EQ(rig.out.dropped, 0);
+  EXPECT_EQ(rig.out.message, fmt::format("goal 2 of 2: '{}' fell", rig.model->objects()[0].name));
+}
+
+/// Without a hold a goal counts as soon as the object is seen there, on its way as well; what it has still to be pushed is left.
+TEST(RunInARow, GoalThatNeedNotBeHeld_CountsOnTheWay) {
+  Rig held, rig;
+  held.how.hold = 0.5, rig.how.hold = 0;
+  const std::vector<planning::PlanningProblem> goals{rig.problem, farther(rig, 0.1)};
+  for (Rig* each : {&held, &rig}) {
+    SimulatedPlant plant(each->model, each->problem.q_start, each->world);
+    ASSERT_EQ(execution::run(plant, goals, each->planner, each->how, each->control, each->out), Status::Solved) << each->out.message;
+    for (const RunGoal& goal : each->out.goals) EXPECT_LE(goal.error.share(each->problem.goal), 1);
+  }
+  EXPECT_LT(rig.out.goals[0].end_s, held.out.goals[0].end_s - held.how.hold);
+  const auto first_inside = [&](std::size_t goal) {
+    for (std::size_t k = 0; k < rig.out.times.size(); ++k) {
+      if (goal > 0 && rig.out.times[k] <= rig.out.goals[goal - 1].end_s) continue;
+      if (planning::goal_error(*rig.model, rig.out.q.col(static_cast<Eigen::Index>(k)), goals[goal].goal).within(goals[goal].goal))
+        return rig.out.times[k];
+    }
+    return -1.0;
+  };
+  EXPECT_EQ(rig.out.goals[0].end_s, first_inside(0));
+  EXPECT_EQ(rig.out.goals[1].end_s, first_inside(1));
+  EXPECT_LE(rig.out.duration_s, held.out.duration_s - 2 * held.how.hold);
+}
+
+TEST(RunInARow, Mistakes_AreNamed) {
+  Rig rig;
+  SimulatedPlant plant(rig.model, rig.problem.q_start, {});
+  const auto complaint = [&](const std::vector<planning::PlanningProblem>& goals) {
+    return message_of([&] { (void)execution::run(plant, goals, rig.planner, rig.how, rig.control, rig.out); });
+  };
+  EXPECT_EQ(complaint({}), "goals: got none, expected at least one");
+  planning::PlanningProblem wrong = rig.problem;
+  wrong.goal.object = 7;
+  EXPECT_EQ(complaint({rig.problem, wrong}), "goals[1].object: got 7, expected the index of an object");
+  wrong.model = load_model("allegro_ball");
+  EXPECT_EQ(complaint({rig.problem, wrong}), "goals[1]: got another model, expected that of the first one");
 }
 
 // ---- pushes from outside

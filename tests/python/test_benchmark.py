@@ -305,6 +305,44 @@ def test_tests_of_both_programs_are_looked_at_over_a_motion(tmp_path: Path) -> N
     assert resting.theirs_s == 0.1
 
 
+def test_goals_in_a_row_stand_with_what_holds_for_all() -> None:
+    sys.path.insert(0, str(ROOT / "experiments"))
+    import goals_in_row as row
+
+    cases = [{"reached": [4.0, 10.0, 12.0], "dropped_s": 20.0, "simulated_s": 20.0, "processor_s": 6.0}, {"reached": [], "dropped_s": None, "simulated_s": 50.0, "processor_s": 8.0}]
+    line = row.summarise("LEAP hand", "`stiction run`", cases)
+    assert line == {"scene": "LEAP hand", "program": "`stiction run`", "n": 2, "goals": 3, "median": 1.5, "least": 0, "most": 3, "dropped": 1, "median_s": 4.0, "simulated_s": 70.0, "processor_per_s": 0.2}
+    made = row.describe(2, "d5e6b47", 0.001) | {"rows": [line]}
+    for figures in filter(None, (made, peers.load_peers(peers.ROWS))):
+        text = "\n".join(peers.write_rows(figures))
+        assert (ROOT / figures["command"].split()[0]).is_file() and figures["command"] in text and len(figures["differs"]) >= 4
+        for entry in figures["rows"]:
+            assert f"| {entry['scene']} | {entry['program']} | {entry['n']} | {entry['goals']} | {entry['median']} |" in text
+    report = page.Report([], {}, SETTINGS, rows_of_goals=made)
+    assert "## Goals in a row" in page.write_page(report) and "## Goals in a row" not in page.write_page(dataclasses.replace(report, rows_of_goals=None))
+
+
+def test_goals_turn_by_the_rule_of_the_environment_and_count_by_orientation_alone() -> None:
+    sys.path.insert(0, str(ROOT / "experiments"))
+    import goals_in_row as row
+
+    goals = np.array(row.draw_goals(np.random.default_rng(3)))
+    assert goals.shape == (row.GOALS, 4) and np.allclose(np.linalg.norm(goals, axis=1), 1)
+    turns = np.array([row.times(a * [1, -1, -1, -1], b) for a, b in zip(goals, goals[1:])])  # in the frame of the one before
+    turns *= np.sign(turns[:, 1:2])  # about axes whose parts are positive
+    vectors = 2 * np.arctan2(np.linalg.norm(turns[:, 1:], axis=1), turns[:, 0])[:, None] * turns[:, 1:] / np.linalg.norm(turns[:, 1:], axis=1)[:, None]
+    assert vectors.min() > 0.5 - 1e-9 and vectors.max() < 2.5 + 1e-9 and vectors.max() - vectors.min() > 1.9
+    for goal in goals[:20]:
+        r, p, y = row.roll_pitch_yaw(goal)
+        again = row.times(row.times(row.turn_by(np.array([0, 0, y])), row.turn_by(np.array([0, p, 0]))), row.turn_by(np.array([r, 0, 0])))
+        assert row.angle_between(again, goal) < 1e-6
+    judge = row.Judge([[1, 0, 0, 0], row.turn_by(np.array([0.5, 0, 0])).tolist()] + goals[:2].tolist())
+    assert judge.look(0.1, np.array([9.0, 0, 0]), row.turn_by(np.array([0.09, 0, 0]))) and judge.reached == [0.1]
+    assert judge.look(0.2, np.zeros(3), row.turn_by(np.array([0.39, 0, 0]))) and judge.reached == [0.1], "0.11 rad from the second"
+    assert judge.look(0.3, np.zeros(3), -row.turn_by(np.array([0.55, 0, 0]))) and judge.reached == [0.1, 0.3]
+    assert not judge.look(0.4, np.array([0, 0, row.LOWEST - 1e-3]), goals[0]) and judge.dropped_s == 0.4
+
+
 def test_without_a_renderer_a_sentence_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MUJOCO_GL", "paper")
     out = tmp_path / "out"

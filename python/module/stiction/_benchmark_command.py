@@ -13,7 +13,7 @@ from typing import Any
 from . import _command
 from ._benchmark_failures import PICTURES
 from ._benchmark_page import Report, summarise, write_pages
-from ._benchmark_peers import load_peers
+from ._benchmark_peers import ROWS, load_peers
 from ._benchmark_tasks import ENTRIES, SETS, Entry, find_packages
 from ._jobs import Vanished
 from ._pictures import draw_tasks
@@ -76,7 +76,7 @@ def report(parsed: argparse.Namespace, rows: list[dict[str, Any]], missing: list
     no_pictures = "" if parsed.no_pictures else draw_tasks(Path(run.folder), pictures, names, parsed.processes)
     drawn = frozenset(file.stem for file in pictures.glob("*.webp"))
     page, failures = write_pages(
-        Report(rows, versions(find_packages(parsed.scenes)), dataclasses.asdict(run), missing, drawn, "" if drawn else no_pictures, load_peers()), parsed.out
+        Report(rows, versions(find_packages(parsed.scenes)), dataclasses.asdict(run), missing, drawn, "" if drawn else no_pictures, load_peers(), load_peers(ROWS)), parsed.out
     )
     sets = summarise(rows)
     said = {

@@ -11,7 +11,7 @@ from typing import Any
 
 from ._benchmark_failures import MOST_CAUSES, PICTURES, Row, cause_of, chart, number, table, write_failures
 from ._benchmark_failures import PAGE as FAILURES
-from ._benchmark_peers import Peers, write_peers
+from ._benchmark_peers import Peers, write_peers, write_rows
 from ._benchmark_tasks import ENTRIES, SETS, Entry
 from ._files import write_whole
 
@@ -67,6 +67,7 @@ class Report:
     pictures: frozenset[str] = frozenset()  # names of tasks that have one
     no_pictures: str = ""  # why there are none
     peers: Peers | None = None
+    rows_of_goals: Peers | None = None
 
     def sorted_rows(self) -> list[Row]:
         """By sets, as the page has them."""
@@ -121,6 +122,7 @@ def write_page(report: Report) -> str:
     lines += table(head, (_set_line(line) for line in summarise(rows)))
     lines += [f"The [most frequent causes]({FAILURES}#most-frequent-causes) of failures are on the other page.", ""]
     lines += write_peers(report.peers) if report.peers else []
+    lines += write_rows(report.rows_of_goals) if report.rows_of_goals else []
     for name in SETS:
         group = [row for row in rows if row["task"] in entries and entries[row["task"]].set == name]
         if group:

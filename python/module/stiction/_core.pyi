@@ -3002,6 +3002,10 @@ class RunSample:
         """how far the object is from the goal, in its tolerances"""
 
     @property
+    def goal(self) -> int:
+        """which one of goals in a row"""
+
+    @property
     def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
         of the motors, of each the largest since the sample before (n_a) [N m or N]; empty of a plant of one's own
@@ -3048,6 +3052,32 @@ class RunPlan:
     @property
     def reason(self) -> str:
         """what the planner said, where it found nothing"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class RunGoal:
+    """One goal of a run."""
+
+    @property
+    def reached(self) -> bool: ...
+
+    @property
+    def begin_s(self) -> float:
+        """since the start of the run, when it was the next one to be reached"""
+
+    @property
+    def end_s(self) -> float:
+        """... when it had been held for as long as asked, or the run ended"""
+
+    @property
+    def replans(self) -> int:
+        """plans after the first one for it"""
+
+    @property
+    def error(self) -> GoalError:
+        """at its end, as measured"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -3200,7 +3230,15 @@ class RunResult:
         """the same in words, where the goal was not reached"""
 
     @property
-    def reached(self) -> bool: ...
+    def reached(self) -> bool:
+        """all goals"""
+
+    @property
+    def goals(self) -> list[RunGoal]:
+        """those that were begun, in a row"""
+
+    @property
+    def goals_reached(self) -> int: ...
 
     @property
     def error(self) -> GoalError:
@@ -3307,11 +3345,15 @@ class RunResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, finger_gait: bool = True, touch_first: str | str | os.PathLike | TouchScenario | None = None, on_progress: Callable[[Progress], bool | None] | None = None, on_sample: Callable[[RunSample], None] | None = None) -> RunResult:
+def run(target: Task | Plan, *, goals: str | str | os.PathLike | Sequence | None = None, hold: float = 1.0, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, finger_gait: bool = True, touch_first: str | str | os.PathLike | TouchScenario | None = None, on_progress: Callable[[Progress], bool | None] | None = None, on_sample: Callable[[RunSample], None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
       target: a Task, or a Plan to begin with.
+      goals: in place of that of the task, reached one after another while the clock goes on: a list, or the name of a file with one (.yaml).
+        Each is numbers as of Task.set_goal, or a dict as `goal` of a task. Each is held before the next one begins, and one that is not
+        reached ends the run; `duration` and `timeout_s` are those of all. None: that of the task.
+      hold: a goal counts once the object was within its tolerances for so long [s], >= 0; 0: as soon as it is seen there, on its way as well.
       plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
         command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
         they are not taken. A plant whose clock goes on by itself has an attribute real_time that is True: it is commanded while the planner works.
@@ -3319,7 +3361,7 @@ def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOpt
       options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
       seed: of the plans and of the noise; None: that of the options.
       speed: times that which follows from object and motors, > 0; above 1 of pushes alone.
-      replans: after the first plan, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
+      replans: after the first plan of a goal, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
       friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
       pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
       pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).

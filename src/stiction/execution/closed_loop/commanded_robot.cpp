@@ -26,20 +26,58 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 
 ChosenCommands::ChosenCommands(double tick) : tick_(tick), period_(std::max(kChoicePeriod, tick)) {}
 
-CommandedRobot::CommandedRobot(Driver& plant, const planning::PlanningProblem& problem, const RunOptions& how, const RunSpeeds& speed,
+CommandedRobot::CommandedRobot(Driver& plant, std::span<const planning::PlanningProblem> goals, const RunOptions& how,
                                const core::RunControl& control, RunResult& out)
-    : problem_(problem),
-      model_(*problem.model),
+    : goals_(goals),
+      problem_(goals.front()),
+      model_(*problem_.model),
       how_(how),
-      speed_(speed),
       control_(control),
       out_(out),
       link_(plant, model_, how.tick, how.silence, how.absence),
-      window_(how.settle_time + calc_follow_time(model_, problem.goal.object)),
-      watch_(model_, problem.goal, window_, how.settle_time),
+      watch_(model_, problem_.goal, how.settle_time, how.settle_time),
       strain_(model_.effort().cwiseQuotient(model_.stiffness())),
       held_(how.tick) {
-  if (how.active_hold) catch_what_moves();
+  aim();
+}
+
+/// What follows from the object of the goal.
+void CommandedRobot::aim() {
+  speed_ = how_.speed ? *how_.speed : calc_run_speeds(model_, problem_.goal.object, how_.speed_factor);
+  follow_time_ = calc_follow_time(model_, problem_.goal.object);
+  window_ = how_.settle_time + follow_time_;
+  watch_.set_window(window_);
+  hold_.reset();
+  if (how_.active_hold) catch_what_moves();
+}
+
+void CommandedRobot::leave_goal(bool reached) {
+  RunGoal& goal = out_.goals.back();
+  goal.reached = reached;
+  goal.end_s = touch_ ? touch_->time : now();
+  goal.error = planning::goal_error(model_, touch_ ? touch_->q : rest(), problem_.goal);
+}
+
+bool CommandedRobot::next_goal() {
+  leave_goal(true);
+  if (is_last_goal()) return end(RunEnd::Reached);
+  const int object = problem_.goal.object;
+  ++goal_;
+  problem_.goal = goals_[goal_].goal, problem_.q_goal = goals_[goal_].q_goal;
+  RunGoal next;
+  next.begin_s = out_.goals.back().end_s;
+  out_.goals.push_back(next);
+  touch_.reset();
+  if (how_.hold == 0) look_back(next.begin_s);
+  if (problem_.goal.object != object) aim();
+  return true;
+}
+
+/// Things went on moving since the goal before was reached: where they came through counts.
+void CommandedRobot::look_back(double since) {
+  for (std::size_t k = 0; k < q_.size() && !touch_; ++k) {
+    if (out_.times[k] > since && goal_share(q_[k]) <= 1) touch_ = {out_.times[k], q_[k]};
+  }
 }
 
 bool CommandedRobot::begin() {
@@ -48,13 +86,15 @@ bool CommandedRobot::begin() {
   u_ = measured_.u;
   q_plan_ = measured_.q;
   set_floor({});
+  out_.goals.push_back({});
   look();
   return !over_;
 }
 
 bool CommandedRobot::end(RunEnd what, std::string message) {
+  const bool names_goal = goals_.size() > 1 && what != RunEnd::Reached;
   out_.end = what;
-  out_.message = std::move(message);
+  out_.message = names_goal ? fmt::format("goal {} of {}: {}", goal_ + 1, goals_.size(), message) : std::move(message);
   over_ = true;
   return false;
 }
@@ -90,7 +130,9 @@ bool CommandedRobot::tick(const Eigen::VectorXd& wanted) {
   looked_ = false;
   if (control_.cancelled()) return end(RunEnd::Cancelled, "interrupted; the robot holds");
   if (control_.expired()) return end(RunEnd::Deadline, "the time for the run is used up");
-  if (now() >= how_.duration) return end(RunEnd::TimeUp, fmt::format("the goal was not reached within {:g} s", how_.duration));
+  if (now() >= how_.duration)
+    return end(RunEnd::TimeUp,
+               fmt::format("{} within {:g} s", goals_.size() > 1 ? "not reached" : "the goal was not reached", how_.duration));
   u_ = within_motors(wanted);
   if (!link_.command(u_)) return end(RunEnd::Silent, link_.reason());
   if (!read()) return false;
@@ -125,11 +167,15 @@ bool CommandedRobot::hold_tick() {
 
 void CommandedRobot::look() {
   next_look_ = now() + how_.watch_interval;
-  if (measured_.object_time > seen_time_) watch_.add(now(), measured_.q);  // poses that stay away say nothing of rest
+  if (measured_.object_time > seen_time_) {  // poses that stay away say nothing of rest
+    watch_.add(now(), measured_.q);
+    if (how_.hold == 0 && !touch_ && goal_share(measured_.q) <= 1) touch_ = {now(), measured_.q};
+  }
   seen_time_ = measured_.object_time;
   looked_ = true;
   record();
   check_fall();
+  if (touch_ && is_last_goal() && !over_) next_goal();
 }
 
 void CommandedRobot::record() {
@@ -138,8 +184,8 @@ void CommandedRobot::record() {
   q_.push_back(measured_.q), planned_.push_back(q_plan_), commands_.push_back(u_);
   out_.piece.push_back(static_cast<int>(out_.pieces.size()) - 1);
   if (!how_.on_sample) return;
-  how_.on_sample(
-      {now(), state_, measured_.q, q_plan_, u_, out_.piece.back(), static_cast<int>(out_.plans.size()), goal_share(measured_.q)});
+  how_.on_sample({now(), state_, measured_.q, q_plan_, u_, out_.piece.back(), static_cast<int>(out_.plans.size()), goal_share(measured_.q),
+                  static_cast<int>(goal_)});
 }
 
 double CommandedRobot::depth(const Eigen::VectorXd& q, int object) const {
@@ -241,6 +287,7 @@ void CommandedRobot::finish() {
     out_.q_plan.col(k) = planned_[static_cast<std::size_t>(k)];
     out_.u.col(k) = commands_[static_cast<std::size_t>(k)];
   }
+  if (!out_.goals.empty() && !out_.reached()) leave_goal(touch_.has_value());
   if (n > 0) {
     out_.error = planning::goal_error(model_, rest(), problem_.goal);
     out_.duration_s = out_.times.back();

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,12 +45,19 @@ class ChosenCommands {
 /// budget that is used up, an object that falls, a plant that does not answer. What returns a bool is false once the run is over.
 class CommandedRobot {
  public:
-  /// @param speed  at which commands go elsewhere between plans
-  CommandedRobot(Driver& plant, const planning::PlanningProblem& problem, const RunOptions& how, const RunSpeeds& speed,
-                 const core::RunControl& control, RunResult& out);
+  /// @param goals  of one model, at least one
+  CommandedRobot(Driver& plant, std::span<const planning::PlanningProblem> goals, const RunOptions& how, const core::RunControl& control,
+                 RunResult& out);
+  CommandedRobot(const CommandedRobot&) = delete;  // problem() and speed() stay where they are
+  CommandedRobot& operator=(const CommandedRobot&) = delete;
 
   /// The first measurement, from which the time of the run counts.
   bool begin();
+  /// The goal is reached: from now on the next one counts. After the last one the run is over.
+  bool next_goal();
+  const planning::PlanningProblem& problem() const { return problem_; }  ///< the goal that counts
+  const RunSpeeds& speed() const { return speed_; }                      ///< for its object
+  double follow_time() const { return follow_time_; }                    ///< … for which it lags behind its plan (E.14) [s]
   /// The run is over, and why. @returns false
   bool end(RunEnd what, std::string message = {});
   bool is_over() const { return over_; }
@@ -61,7 +69,9 @@ class CommandedRobot {
   /// With the objects where they were in the last looks (n_q).
   Eigen::VectorXd rest() const { return watch_.mean(); }
   double goal_share(const Eigen::VectorXd& q) const;  ///< how far the object is from the goal, in its tolerances
-  bool is_at_goal() const { return goal_share(rest()) <= 1; }
+  /// … or was, where it need not be held.
+  bool is_at_goal() const { return touch_ || goal_share(rest()) <= 1; }
+  bool has_touched() const { return touch_.has_value(); }  ///< the object was seen at the goal, which need not be held
   /// The object is within so many tolerances of q, the joints as near as a push moves in a look: a plan from q can begin.
   bool is_at(const Eigen::VectorXd& q, double near) const;
   bool looked() const { return looked_; }  ///< in the last tick
@@ -103,15 +113,26 @@ class CommandedRobot {
   void set_floor(const Eigen::MatrixXd& planned);
   void check_fall();
   double thinking_time() const;
+  bool is_last_goal() const { return goal_ + 1 == goals_.size(); }
+  void leave_goal(bool reached);
+  void look_back(double since);
+  void aim();
 
-  const planning::PlanningProblem& problem_;
+  std::span<const planning::PlanningProblem> goals_;
+  std::size_t goal_ = 0;               ///< of them, the one that counts …
+  planning::PlanningProblem problem_;  ///< … which is this
+  struct Touch {
+    double time;
+    Eigen::VectorXd q;
+  };
+  std::optional<Touch> touch_;  ///< when it was first seen to be reached, and where things were, if it need not be held
   const world::Model& model_;
   const RunOptions& how_;
-  const RunSpeeds& speed_;
   const core::RunControl& control_;
   RunResult& out_;
   DriverLink link_;
-  double window_;  ///< of looks, that has to show no motion [s]
+  RunSpeeds speed_;
+  double follow_time_ = 0, window_ = 0;  ///< the latter of looks, that has to show no motion [s]
   ObjectWatch watch_;
   Eigen::VectorXd strain_;  ///< that a motor bears at most (n_a)
 

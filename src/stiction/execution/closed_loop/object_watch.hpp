@@ -25,6 +25,7 @@ class ObjectWatch {
   ObjectWatch(const world::Model& model, const planning::Goal& goal, double window, double least)
       : model_(model), goal_(goal), window_(window), least_(least) {}
 
+  void set_window(double window) { window_ = window; }
   void add(double time, const Eigen::VectorXd& q);
   void forget() { seen_.clear(); }
   /// The least window, the window, or 2, 4 or 8 of them, is full, and no object moved from its first half to its second by more than noise does in a window …

@@ -31,11 +31,11 @@ std::optional<Trajectory> PlanMaker::make(std::string& cause, bool counts) {
   return std::nullopt;
 }
 
-/// Every plan after the first counts, whatever calls for it.
+/// Every plan after the first one of a goal counts, whatever calls for it.
 bool PlanMaker::count() {
-  if (out_.replans == how_.replans)
-    return robot_.end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", out_.replans));
-  ++out_.replans;
+  int& replans = out_.goals.back().replans;
+  if (replans == how_.replans) return robot_.end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", replans));
+  ++replans, ++out_.replans;
   return true;
 }
 

@@ -19,7 +19,7 @@ class PlanMaker {
 
   /// A plan from what is measured; where none is found the run is over.
   /// @param cause    why one is needed
-  /// @param counts   it is not the first one: too many of them end the run
+  /// @param counts   it is not the first one of the goal: too many of them end the run
   /// @returns nothing: the run is over, or the object is no more where the plan begins, or came to its goal as the robot made ready; `cause` then says
   ///          for what the next plan is
   std::optional<Trajectory> make(std::string& cause, bool counts);

@@ -84,6 +84,11 @@ void PlanSource::judge(const Question& from, Answer& out) {
   }
 }
 
+void PlanSource::forget_plan() {
+  last_.reset();
+  nearest_ = std::numeric_limits<double>::infinity(), in_vain_ = 0;
+}
+
 Trajectory PlanSource::take(const planning::Plan& plan) {
   Trajectory out = make_trajectory(*problem_.model, plan, speed_, &lead_);
   last_ = plan;

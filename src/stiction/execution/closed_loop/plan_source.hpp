@@ -38,6 +38,9 @@ class PlanSource {
   Answer ask(const Question& question, const core::RunControl& control);
   int found() const { return found_; }  ///< plans that were found by a search
 
+  /// The problem has another goal: the plan that one has does not lead there.
+  void forget_plan();
+
   /// The timing of a plan, which is kept to be gone on with.
   Trajectory take(const planning::Plan& plan);
   /// A share of the tolerances at which a plan counts as at the goal.

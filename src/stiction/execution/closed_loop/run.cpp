@@ -9,7 +9,6 @@
 #include "stiction/execution/closed_loop/commanded_robot.hpp"
 #include "stiction/execution/closed_loop/finger_gait.hpp"
 #include "stiction/execution/closed_loop/plan_maker.hpp"
-#include "stiction/execution/open_loop/run_timing.hpp"
 
 namespace stiction::execution {
 namespace {
@@ -25,27 +24,25 @@ constexpr double kFollowTimes = 2;
 
 class Executor {
  public:
-  Executor(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
+  Executor(Driver& plant, std::span<const planning::PlanningProblem> goals, const planning::PlannerOptions& planner, const RunOptions& how,
            const core::RunControl& control, RunResult& out)
-      : model_(*problem.model),
-        problem_(problem),
+      : model_(*goals.front().model),
         how_(how),
         out_(out),
-        speed_(how.speed ? *how.speed : calc_run_speeds(model_, problem.goal.object)),
-        robot_(plant, problem, how, speed_, control, out),
-        source_(problem, planner, how, speed_),
+        robot_(plant, goals, how, control, out),
+        problem_(robot_.problem()),
+        source_(problem_, planner, how, robot_.speed()),
         maker_(robot_, source_, model_, how, plant.real_time(), control, out),
-        turning_(how.tick),
-        looked_back_(how.settle_time + kFollowTimes * calc_follow_time(model_, problem.goal.object)) {}
+        turning_(how.tick) {}
 
   void go(const planning::Plan* first) {
-    if (robot_.begin() && robot_.settle()) bring_to_goal(first);
+    if (robot_.begin() && robot_.settle()) bring_to_goals(first);
     robot_.finish();
   }
 
  private:
-  /// Until the goal holds, or the run is over.
-  void bring_to_goal(const planning::Plan* first) {
+  /// Until the last goal holds, or the run is over.
+  void bring_to_goals(const planning::Plan* first) {
     std::string cause = "start";
     std::optional<Trajectory> trajectory;
     if (first != nullptr) {
@@ -56,8 +53,13 @@ class Executor {
     while (!robot_.is_over()) {
       if (robot_.is_at_goal()) {
         if (robot_.hold_goal()) {
-          robot_.end(RunEnd::Reached);
-          return;
+          if (!robot_.next_goal()) return;
+          cause = "the next goal";
+          trajectory.reset();
+          had_plan = asked_ = false;  // what was learnt of the plant stays
+          gait_.reset();
+          source_.forget_plan();
+          continue;
         }
         cause = "the object left the goal";
       } else if (!trajectory && turns_in_hand()) {
@@ -101,7 +103,7 @@ class Executor {
         end_piece(share_off(gait_->reference()));
         begin_piece(finger >= 0 ? SegmentKind::Regrasp : SegmentKind::Contact);
       });
-      if (gait_->stalls() || !robot_.tick(u, gait_->reference()) || robot_.is_displaced()) break;
+      if (gait_->stalls() || !robot_.tick(u, gait_->reference()) || robot_.is_displaced() || robot_.has_touched()) break;
     }
     end_piece(share_off(gait_->reference()));
     if (!gait_->stalls()) return "the object left the goal";
@@ -138,8 +140,8 @@ class Executor {
     for (const Piece& piece : trajectory.pieces) {
       begin_piece(piece.kind);
       const bool held = follow(trajectory, piece, zero) && arrive(trajectory, piece, zero);
-      end_piece(off_, held);
-      if (robot_.is_over()) return {};
+      end_piece(off_, held || robot_.has_touched());
+      if (robot_.is_over() || robot_.has_touched()) return {};
       if (!held && robot_.is_displaced()) return "the object was put elsewhere";
       if (!held)
         return fmt::format("{} was {:.1f} tolerances off its plan", piece.kind == SegmentKind::Regrasp ? "a regrasp" : "a push", off_);
@@ -153,6 +155,7 @@ class Executor {
   /// A piece in time, watched. @param zero  time of the run at which the trajectory began
   bool follow(const Trajectory& trajectory, const Piece& piece, double zero) {
     const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
+    const double looked_back = how_.settle_time + kFollowTimes * robot_.follow_time();
     Eigen::VectorXd u(model_.n_a()), q_plan(model_.n_q());
     while (robot_.now() - zero < end - 0.5 * how_.tick) {
       const double t = std::min(robot_.now() - zero + how_.tick, end);
@@ -160,7 +163,8 @@ class Executor {
       interpolate(model_, trajectory, t, q_plan);
       if (!robot_.tick(u, q_plan) || robot_.is_displaced()) return false;
       if (!robot_.looked()) continue;
-      off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back_), std::min(end, t + how_.watch_interval),
+      if (robot_.has_touched()) return false;
+      off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
                             how_.watch_interval, robot_.q(), problem_.goal, is_last(trajectory, piece));
       if (off_ > how_.off_on_the_way) return false;
     }
@@ -177,24 +181,22 @@ class Executor {
     if (off(robot_.q()) <= kThere) return true;
     const double begin = robot_.now();
     const Eigen::VectorXd u_end = robot_.u();
-    if (!robot_.settle([&] { return off(robot_.q()) <= kThere; })) return false;
+    if (!robot_.settle([&] { return robot_.has_touched() || off(robot_.q()) <= kThere; })) return false;
     if (robot_.caught() && !robot_.move_to(u_end)) return false;  // fingers are elsewhere
     zero += robot_.now() - begin;
     return off(robot_.rest()) <= how_.off_at_the_end;
   }
 
   const Model& model_;
-  const planning::PlanningProblem& problem_;
   const RunOptions& how_;
   RunResult& out_;
-  RunSpeeds speed_;
   CommandedRobot robot_;
+  const planning::PlanningProblem& problem_;  ///< with the goal that counts
   PlanSource source_;
   PlanMaker maker_;
   std::optional<FingerGait> gait_;
   ChosenCommands turning_;
   bool asked_ = false;  ///< whether fingers turn the object
-  double looked_back_;  ///< for where the object may lag behind [s]
   double off_ = 0;      ///< of the last look, in tolerances
 };
 
@@ -202,15 +204,27 @@ class Executor {
 
 Status run(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
            const core::RunControl& control, RunResult& out, const planning::Plan* first) {
+  return run(plant, std::span(&problem, 1), options, how, control, out, first);
+}
+
+Status run(Driver& plant, std::span<const planning::PlanningProblem> goals, const planning::PlannerOptions& options, const RunOptions& how,
+           const core::RunControl& control, RunResult& out, const planning::Plan* first) {
   const auto start = core::RunControl::Clock::now();
   how.validate();
-  if (!problem.model) core::throw_invalid("problem.model", "nothing", "a model");
-  if (problem.goal.object < 0 || problem.goal.object >= static_cast<int>(problem.model->objects().size()))
-    core::throw_invalid("goal.object", std::to_string(problem.goal.object), "the index of an object");
-  if (problem.model->n_a() == 0) core::throw_invalid("problem.model", "no robot", "one that can push");
-  options.validate(*problem.model);
+  if (goals.empty()) core::throw_invalid("goals", "none", "at least one");
+  const auto& model = goals.front().model;
+  if (!model) core::throw_invalid("problem.model", "nothing", "a model");
+  for (std::size_t i = 0; i < goals.size(); ++i) {
+    const std::string name = goals.size() == 1 ? "goal" : fmt::format("goals[{}]", i);
+    const int object = goals[i].goal.object;
+    if (goals[i].model != model) core::throw_invalid(name, "another model", "that of the first one");
+    if (object < 0 || object >= static_cast<int>(model->objects().size()))
+      core::throw_invalid(name + ".object", std::to_string(object), "the index of an object");
+  }
+  if (model->n_a() == 0) core::throw_invalid("problem.model", "no robot", "one that can push");
+  options.validate(*model);
   out = RunResult{};
-  Executor(plant, problem, options, how, control, out).go(first);
+  Executor(plant, goals, options, how, control, out).go(first);
   out.wall_s = core::seconds_since(start);
   out.status = out.end == RunEnd::Reached     ? Status::Solved
                : out.end == RunEnd::Cancelled ? Status::Cancelled

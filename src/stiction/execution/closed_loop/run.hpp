@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,7 @@ struct RunSample {
   int piece = -1;                 ///< index into RunResult::pieces; −1: before the first
   int plans = 0;                  ///< so far
   double goal_share = 0;          ///< how far the object is from the goal, in its tolerances
+  int goal = 0;                   ///< which one of those in a row
 };
 
 struct RunOptions {
@@ -53,10 +55,11 @@ struct RunOptions {
   double off_on_the_way = 2;     ///< a piece is given up where the object is this many tolerances of the goal off its planned path, > 0 …
   double off_at_the_end = 1;     ///< … or this many off its end once it rests there, > 0
   double settle_time = 0.1;      ///< of looks that have to show no motion [s], > 0; longer where objects trail their plan (E.14)
-  double hold = 1;               ///< the goal counts once the object was within its tolerances for so long [s], ≥ 0
-  double plan_fraction = 0.5;    ///< plans go to this share of the tolerances of the goal: the rest is left to execution, in (0, 1]
-  double friction = 0.7;         ///< every μ of the plans times this, in (0, 1]: what slips in the world then slips in the plan as well
-  double plan_timeout = 20;      ///< for one plan [s], > 0
+  double hold =
+      1;  ///< the goal counts once the object was within its tolerances for so long [s], ≥ 0; 0: as soon as it is seen there, on its way as well
+  double plan_fraction = 0.5;  ///< plans go to this share of the tolerances of the goal: the rest is left to execution, in (0, 1]
+  double friction = 0.7;       ///< every μ of the plans times this, in (0, 1]: what slips in the world then slips in the plan as well
+  double plan_timeout = 20;    ///< for one plan [s], > 0
   /// … or this much time of all cores of the process [s], > 0, which other work on the machine does not shorten; nothing: plan_timeout alone.
   std::optional<double> plan_processor_time;
   /// Seconds of one core that the planner works within a second of the plant's clock, which goes on meanwhile, ≥ 0; 0: it stands still.   (E.20)
@@ -71,11 +74,12 @@ struct RunOptions {
   /// for where that does not lead there; false: every object is planned for.
   bool finger_gait = true;
   int refusals = 5;                                        ///< plans in a row that may fail before the run ends, ≥ 1
-  int replans = 60;                                        ///< plans after the first one, whatever calls for them, ≥ 0
+  int replans = 60;                                        ///< plans after the first one of a goal, whatever calls for them, ≥ 0
   double duration = 600;                                   ///< of the run, by the clock of the plant [s], > 0
   double silence = 0.5;                                    ///< objects that were not seen for so long are away: the robot holds [s], > 0
   double absence = 30;                                     ///< … and the run ends after so long [s], ≥ silence
-  std::optional<RunSpeeds> speed;                          ///< nothing: calc_run_speeds
+  std::optional<RunSpeeds> speed;                          ///< nothing: calc_run_speeds of the object of the goal, with …
+  double speed_factor = 1;                                 ///< … this factor, > 0
   std::function<void(const RunSample& sample)> on_sample;  ///< at every look, from the thread of the run
   void validate() const;                                   ///< @throws core::InvalidInput naming the field
 };
@@ -101,6 +105,15 @@ struct RunPlan {
   bool joined = false;  ///< the plan before was gone on with, and nothing was searched
 };
 
+/// One goal of a run.
+struct RunGoal {
+  bool reached = false;
+  double begin_s = 0;         ///< since the start of the run, when it was the next one to be reached
+  double end_s = 0;           ///< … when it had been held for as long as asked, or the run ended
+  int replans = 0;            ///< plans after the first one for it
+  planning::GoalError error;  ///< at its end, as measured
+};
+
 struct RunResult {
   core::Status status = core::Status::NumericalFailure;
   RunEnd end = RunEnd::Silent;
@@ -110,8 +123,9 @@ struct RunResult {
   double planning_s = 0;      ///< wall time of all plans
   double wall_s = 0;
   std::vector<RunPlan> plans;
-  int replans = 0;  ///< of them, those after the first; a plan that is asked for again because it was refused counts once
+  int replans = 0;  ///< of them, those after the first of a goal; a plan that is asked for again because it was refused counts once
   std::vector<RunPiece> pieces;
+  std::vector<RunGoal> goals;                      ///< those that were begun
   std::optional<int> dropped;                      ///< object that fell
   std::optional<planning::PlanResult> first_plan;  ///< of the planner
   std::vector<double> times;                       ///< of the looks
@@ -119,7 +133,8 @@ struct RunResult {
   Eigen::MatrixXd u;                               ///< (n_a × looks)
   std::vector<int> piece;                          ///< per look, −1 before the first
 
-  bool reached() const { return end == RunEnd::Reached; }
+  bool reached() const { return end == RunEnd::Reached; }  ///< all goals
+  long goals_reached() const;
   long count(planning::SegmentKind kind) const;  ///< pieces carried out
 };
 
@@ -134,6 +149,14 @@ struct RunResult {
 /// @throws  core::InvalidInput: options, problem, a plan that does not fit the model
 /// Tests: tests/execution/run_test.cpp, tests/python/test_run.py
 [[nodiscard]] core::Status run(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options,
+                               const RunOptions& how, const core::RunControl& control, RunResult& out,
+                               const planning::Plan* first = nullptr);
+
+/// … to goals in a row: each once the one before was held. The plant, its clock and all budgets but RunOptions::replans go on from one to the next, and a goal
+/// that is not reached ends the run. In RunResult::error and at the end of a run that stops early the goal is the one that it was on its way to.
+/// @param goals  of the same model, at least one; their q_start are not looked at
+/// @param first  a plan to the first of them
+[[nodiscard]] core::Status run(Driver& plant, std::span<const planning::PlanningProblem> goals, const planning::PlannerOptions& options,
                                const RunOptions& how, const core::RunControl& control, RunResult& out,
                                const planning::Plan* first = nullptr);
 

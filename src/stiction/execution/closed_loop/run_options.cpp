@@ -63,9 +63,14 @@ void RunOptions::validate() const {
   if (refusals < 1) core::throw_invalid("refusals", std::to_string(refusals), "at least 1");
   if (replans < 0) core::throw_invalid("replans", std::to_string(replans), "0 or more");
   core::require_positive("duration", duration);
+  core::require_positive("speed", speed_factor);
   core::require_positive("silence", silence);
   if (!(absence >= silence))
     core::throw_invalid("absence", fmt::format("{:g} s", absence), fmt::format("at least the silence of {:g} s", silence));
+}
+
+long RunResult::goals_reached() const {
+  return std::count_if(goals.begin(), goals.end(), [](const RunGoal& g) { return g.reached; });
 }
 
 long RunResult::count(planning::SegmentKind kind) const {
