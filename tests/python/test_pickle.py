@@ -28,7 +28,7 @@ VALUES = """
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof ErrorSets Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth GuardedMoveResult GuardedResult IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
     PlacedLinks PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RefusedMoves RejectionSampling Residuals
-    RobotLink RolloutBatch RolloutResult RunPiece RunPlan RunResult RunSample Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
+    RobotLink RolloutBatch RolloutResult RunGoal RunPiece RunPlan RunResult RunSample Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
     TransferResult TreeNode TubeRest TubeResult Visual Visuals WorldError
 """.split()
@@ -235,6 +235,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "Residuals": lambda: stepped().residuals,
     "RobotLink": lambda: first(task().model.links),
     "RolloutResult": rolled,
+    "RunGoal": lambda: first(MAKE["RunResult"]().goals),
     "RunPiece": lambda: first(MAKE["RunResult"]().pieces),
     "RunPlan": lambda: first(MAKE["RunResult"]().plans),
     "RunResult": lambda: st.run(task(), seed=0, duration=3),
