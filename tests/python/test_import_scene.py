@@ -54,6 +54,25 @@ def test_three_lines_plan_a_whole_scene(drawer: Path) -> None:
     assert run.start_overlap == 0 and run.start_moved == 0
 
 
+@pytest.mark.parametrize(
+    ("finger", "pair", "friction"),
+    [
+        ("", '<pair geom1="tip" geom2="front" friction="0.3 0.3 0 0 0"/>', 0.3),
+        ("", '<pair geom1="tip" geom2="front" condim="1"/>', 0),
+        ('priority="1" friction="0.2"', "", 0.2),
+    ],
+)
+def test_a_plan_with_the_friction_of_its_pair_is_accepted(drawer: Path, finger: str, pair: str, friction: float) -> None:
+    text = DRAWER.replace('<geom size="0.03"', f'<geom name="tip" {finger} size="0.03"').replace('<geom type="box"', '<geom name="front" type="box"')
+    drawer.write_text(text.replace("<keyframe>", f"<contact>{pair}</contact><keyframe>"))
+    task = st.import_scene(drawer)
+    task.set_goal([0.15])
+    plan = st.plan(task, seed=0, timeout_s=60).plan
+    assert {round(contact.friction, 12) for knot in plan.contacts for contact in knot} == {friction}
+    report = st.check_plan(plan)
+    assert report.pass_, [item for item in report.items if not item.pass_]
+
+
 def test_program_writes_a_task_that_it_loads(drawer: Path, stiction) -> None:
     out = drawer.parent / "tasks" / "drawer.yaml"
     out.parent.mkdir()

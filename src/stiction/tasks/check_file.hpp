@@ -1,5 +1,8 @@
 #pragma once
 
+#include <map>
+#include <utility>
+
 #include "stiction/tasks/check_figures.hpp"
 #include "stiction/tasks/plan_file.hpp"
 
@@ -41,6 +44,7 @@ class FileCheck {
   const planning::PlannerOptions searched_;  ///< those of the plan
   const planning::PlannerOptions wanted_;    ///< those of the task, or those that were given beside it
   const world::Model& model_;
+  std::map<std::pair<int, int>, double> friction_{};  ///< μ of pairs of geometries, the lower one first
   world::KinematicsWorkspace work_;
   world::Kinematics kinematics_;
   Place place_;
