@@ -313,7 +313,7 @@ def describe(cases: int, commit: str, timestep: float) -> dict[str, Any]:
         ],
         "notes": ["A way is that from one goal to the next. The last column is processor time of planning, or of the policy, per second of the clock."],
         "differs": [
-            "The policy was trained on this scene with noise in what it sees. Here it sees joints and cube exactly, as in the script of its makers, and so does `stiction run`.",
+            "The policy was trained on this scene with noise in what it sees. In the first line it sees joints and cube exactly, as in the script of its makers, and so does `stiction run`.",
             f"The simulation has steps of {1000 * timestep:g} ms, in place of 10 ms in training and 2 ms in that script. Goals come at once, where those of the environment turn there within half a second.",
             "`stiction run` has default settings apart from `hold`, which is 0, and the clock goes on while it plans. It also keeps the cube within 30 mm of its place in the hand (20 mm in the Allegro hand), which the count does not ask for.",
             "The Allegro hand is simulated by `stiction run`. A cube has fallen there when it is more than its length below all planned places.",
