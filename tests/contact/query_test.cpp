@@ -1,6 +1,7 @@
 // Queries: broad phase against brute force, order, limits, frames, planar models, determinism, refusals.
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <thread>
 
 #include "contact/scenes.hpp"
@@ -210,6 +211,19 @@ TEST(Query, Gap_IsTheDistanceOrABoundThatIsEnough) {
   }
   EXPECT_GT(cut, 50);
   EXPECT_GT(bounded, 50);
+}
+
+/// The workspace may not have placed anything before.
+TEST(Query, Gap_OfANewWorkspaceIsTheSame) {
+  Fixture s(test::make_busy_scene());
+  Random random(9);
+  s.move_to_random(random, 0.2);
+  Workspace fresh(*s.model);
+  Gaps gaps(*s.model, s.kinematics, fresh);
+  for (const int pair : s.all_pairs()) {
+    const double phi = s.distance(pair).phi;
+    EXPECT_NEAR(gaps.calc(pair, std::numeric_limits<double>::infinity()), phi, 1e-9);
+  }
 }
 
 /// A pair keeps all its contacts or none, by the distance of its nearest points.

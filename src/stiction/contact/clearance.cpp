@@ -39,10 +39,10 @@ std::span<const ClosePair> find_close_pairs(const Model& model, Workspace& work)
   if (model.n_a() == 0) return w.close_pairs;
   const double most = world::share::kClearance * model.scales().robots().length;
   const world::Kinematics rest = calc_rest(model);
+  Gaps gaps(model, rest, work);
   for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) {
     if (!is_of_links(model, model.pairs()[static_cast<std::size_t>(i)])) continue;
-    if (calc_pair_lower_bound(model, rest, i, work) >= most) continue;
-    const double gap = pair_distance(model, rest, i, work).phi;
+    const double gap = gaps.calc(i, most);
     if (gap > 0 && gap < most) w.close_pairs.push_back({i, gap});
   }
   return w.close_pairs;

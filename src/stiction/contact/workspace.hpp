@@ -111,7 +111,7 @@ struct Workspace::Impl {
   // Of the configuration in hand.
   std::vector<double> center_x, center_y, center_z;  // per geometry, padded
   std::vector<world::Pose> X_WG;                     // of `posed` only
-  std::uint64_t stamp = 0;                           // counts configurations
+  std::uint64_t stamp = 1;                           // counts configurations; 0 in Gaps and `placed`: none yet
   std::vector<std::uint64_t> placed;                 // per geometry: the one in which Gaps placed it
   std::vector<double> center_distance2;              // per pair
   std::vector<double> excess;                        // per pair: squared distance beyond which it is out of reach, taken off

@@ -139,13 +139,13 @@ bool Tools::slide_to(int object, const Eigen::Vector3d& direction, Eigen::Vector
 /// Nothing but robots, which are elsewhere then, is in it.
 bool Tools::is_free_there(int object, contact::GeometryWorkspace& work) const {
   const world::Model& model = setting_.model;
+  contact::Gaps gaps(model, work.kinematics, work.contact_work);
   for (std::size_t i = 0; i < model.pairs().size(); ++i) {
     const auto& pair = model.pairs()[i];
     const bool a = object_of_[at(pair.geometry_a)] == object, b = object_of_[at(pair.geometry_b)] == object;
     if (a == b || setting_.chains.mask_of_pair(static_cast<int>(i)) != 0) continue;
     const double least = -model.scales().contact_tolerance(static_cast<int>(i));
-    if (gap_of_spheres(model, work.kinematics, static_cast<int>(i)) >= least) continue;
-    if (contact::pair_distance(model, work.kinematics, static_cast<int>(i), work.contact_work).phi < least) return false;
+    if (gaps.calc(static_cast<int>(i), least) < least) return false;
   }
   return true;
 }
@@ -204,13 +204,13 @@ std::vector<char> Tools::touchable(const std::vector<int>& objects, const Eigen:
     for (const int o : chain_of(model, object)) held[at(o)] = 1;
   }
   const std::vector<char> moved = held;
+  contact::Gaps gaps(model, work.kinematics, work.contact_work);
   const auto pairs = model.pairs();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const int a = object_of_[at(pairs[i].geometry_a)], b = object_of_[at(pairs[i].geometry_b)];
     if (a < 0 || b < 0 || moved[at(a)] == moved[at(b)]) continue;
     const double near = threshold::kForceReach * model.scales().pair(static_cast<int>(i)).length;
-    if (gap_of_spheres(model, work.kinematics, static_cast<int>(i)) >= near) continue;
-    if (contact::pair_distance(model, work.kinematics, static_cast<int>(i), work.contact_work).phi < near) held[at(a)] = held[at(b)] = 1;
+    if (gaps.calc(static_cast<int>(i), near) < near) held[at(a)] = held[at(b)] = 1;
   }
   std::vector<char> out(pairs.size(), 0);
   bool any = false;
