@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "stiction/world/model.hpp"
 
 namespace stiction::world {
@@ -12,10 +14,13 @@ struct Axis {
 };
 
 /// @param column  of Kinematics, as in Body::axes
-inline Axis axis_at(const Model& model, int column) {
-  if (column < model.n_v()) return {column, model.dofs()[static_cast<std::size_t>(column)].kind, 1};
-  const Follower& follower = model.followers()[static_cast<std::size_t>(column - model.n_v())];
+inline Axis axis_at(std::span<const Dof> dofs, std::span<const Follower> followers, int column) {
+  const auto at = static_cast<std::size_t>(column);
+  if (at < dofs.size()) return {column, dofs[at].kind, 1};
+  const Follower& follower = followers[at - dofs.size()];
   return {follower.dof, follower.kind, follower.ratio};
 }
+
+inline Axis axis_at(const Model& model, int column) { return axis_at(model.dofs(), model.followers(), column); }
 
 }  // namespace stiction::world

@@ -4,6 +4,8 @@
 #include <limits>
 #include <ranges>
 
+#include "stiction/world/axis.hpp"
+
 namespace stiction::world {
 namespace {
 
@@ -22,18 +24,17 @@ Ball calc_reach_ball(const Model::Impl& m, const Kinematics& kinematics, const V
                      std::span<const char> moving) {
   Ball ball{p_W, 0};
   for (const int axis : body.axes | std::views::reverse) {  // from the body towards the root
-    const Follower* follower = axis < m.n_v ? nullptr : &m.followers[at(axis - m.n_v)];
-    const int v = follower != nullptr ? follower->dof : axis;
+    const auto [v, kind, ratio] = axis_at(m.dofs, m.followers, axis);
     if (!moving.empty() && (v < m.n_vu || moving[at(v - m.n_vu)] == 0)) continue;
     const Dof& dof = m.dofs[at(v)];
     const Eigen::Vector3d along = kinematics.axis_W.col(axis);
-    if ((follower != nullptr ? follower->kind : dof.kind) == DofKind::Revolute) {
+    if (kind == DofKind::Revolute) {
       const Eigen::Vector3d origin = kinematics.origin_W.col(axis);
       const Eigen::Vector3d on_axis = origin + along * along.dot(ball.center - origin);
       ball.radius += (ball.center - on_axis).norm();
       ball.center = on_axis;
     } else {
-      const double ratio = follower != nullptr ? follower->ratio : 1, middle = 0.5 * (dof.lower + dof.upper);
+      const double middle = 0.5 * (dof.lower + dof.upper);
       ball.radius += std::abs(ratio) * 0.5 * (dof.upper - dof.lower);
       if (!std::isfinite(ball.radius)) return {p_W, std::numeric_limits<double>::infinity()};
       ball.center += ratio * (middle - q[index_in_q(m, v)]) * along;
