@@ -60,5 +60,59 @@ TEST(StepBack, FromWhatItHolds_OrWhatItDoesNotTouch_IsNone) {
   EXPECT_TRUE(find_step_back(*model, configuration(*model, -0.05)).empty());
 }
 
+/// A slide along y in place of the free ball, alone or on another object above the ground.
+std::shared_ptr<const world::Model> slide_scene(bool on_object) {
+  world::Scene scene = dynamics::test::empty_scene();
+  scene.gravity = {0, 0, -9.81};
+  if (on_object) {
+    scene.objects.push_back(ball(world::ObjectJoint::Free, 1, 0.01, 1));
+    scene.objects.back().name = "carrier";
+  }
+  scene.objects.push_back(ball(world::ObjectJoint::Slider, 1, 0.1, 1));
+  scene.objects.back().axis = Eigen::Vector3d::UnitY();
+  if (on_object) scene.objects.back().parent = "carrier";
+  scene.robots.push_back(pusher());
+  return world::Model::make(scene);
+}
+
+TEST(StepBack, FromWhatAJointKeeps_LeavesAGap) {
+  const auto model = slide_scene(false);
+  VectorXd q = model->neutral();
+  q[0] = 0.2;
+  ASSERT_NEAR(least_gap(*model, q), 0, 1e-6);
+  const auto path = find_step_back(*model, q);
+  ASSERT_FALSE(path.empty());
+  q.tail(model->n_a()) = path.back();
+  EXPECT_GT(least_gap(*model, q), 0.09 * model->scales().robots().length);
+}
+
+TEST(StepBack, FromAJointOfWhatWouldFall_IsNone) {
+  const auto model = slide_scene(true);
+  VectorXd q = model->neutral();
+  q[2] = 0.5;               // the carrier is above the pusher …
+  q[model->n_qu()] = -0.2;  // … which touches what slides on it
+  q[model->n_qu() + 1] = 0.5;
+  ASSERT_NEAR(least_gap(*model, q), 0, 1e-6);
+  EXPECT_TRUE(find_step_back(*model, q).empty());
+}
+
+/// A disc that moves along y and z, and turns about x.
+std::vector<VectorXd> step_back_from_disc(const Eigen::Vector3d& gravity) {
+  world::Scene scene = dynamics::test::empty_scene();
+  scene.gravity = gravity;
+  scene.objects.push_back(ball(world::ObjectJoint::PlanarYZ, 1, 0.1, 1));
+  scene.robots.push_back(pusher());
+  const auto model = world::Model::make(scene);
+  VectorXd q = model->neutral();
+  q[0] = 0.2;
+  EXPECT_NEAR(least_gap(*model, q), 0, 1e-6);
+  return find_step_back(*model, q);
+}
+
+TEST(StepBack, FromAPlane_IsWhereGravityDoesNotActInIt) {
+  EXPECT_FALSE(step_back_from_disc({-9.81, 0, 0}).empty());
+  EXPECT_TRUE(step_back_from_disc({0, 0, -9.81}).empty());
+}
+
 }  // namespace
 }  // namespace stiction::execution::test
