@@ -265,6 +265,19 @@ TEST_F(BadInput, FilesThatCannotBeRead_AreNamed) {
   EXPECT_EQ(message("base: scene.yaml\n"), "scene.yaml:1: base: got 'scene.yaml', expected a file that does not lead back to this one");
 }
 
+TEST_F(BadInput, XmlInPlaceOfYaml_SaysWhatToDoWithIt) {
+  EXPECT_EQ(message("\n<mujoco model='hand: right'>\n</mujoco>\n"),
+            "scene.yaml:1: file: got XML, expected YAML: `stiction import` makes a task of a whole scene in MJCF, URDF or SDF, and a scene "
+            "names the file of a robot as `mjcf` or `urdf`");
+}
+
+TEST_F(BadInput, LongTexts_AreShortenedBetweenTwoCharacters) {
+  std::string text;
+  for (int i = 0; i < 60; ++i) text += "\xC3\xA9";
+  EXPECT_EQ(message("gravity: x" + text + "\n"),
+            "scene.yaml:1: gravity: got 'x" + text.substr(0, 98) + " …', expected a list of 3 numbers");
+}
+
 TEST_F(BadInput, YamlThatIsNotUtf8_IsNamedWithItsLine) {
   const auto with_name = [&](const std::string& name) { return message("gravity: [0, 0, 0]\nname: " + name + "\n"); };
   EXPECT_EQ(with_name("pouss\xC3\xA9"

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "stiction/world/mjcf_loops.hpp"
 #include "stiction/world/nearest_line.hpp"
 #include "stiction/world/robot_tree.hpp"
 
@@ -14,6 +15,7 @@ namespace stiction::world {
 namespace {
 
 constexpr double kRounding = 1e-9;  // of the largest term
+constexpr double kUnlimited = 1;    // a joint without limits is looked at so far to both sides [rad, m]
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -39,6 +41,7 @@ MjcfCouplings::MjcfCouplings(const MjcfView& view) : MjcfView(view) {
   find_motors();
   take_equalities();
   take_actuated_tendons();
+  take_loops();
   take_narrow_limits();
   take_other_limits();
   take_springs();
@@ -137,7 +140,7 @@ MjcfCouplings::Relation MjcfCouplings::relation_of_joints(int i, double& error) 
   if (a[2] == 0 && a[3] == 0 && a[4] == 0) return {{{joint, 1.0}, {leader, -a[1]}}, -(y0 + a[0] - a[1] * x0)};
   const std::pair<double, double> all{-kInfinity, kInfinity};
   const auto range = [&](int j) { return m_->jnt_limited[j] ? std::pair{m_->jnt_range[2 * j], m_->jnt_range[2 * j + 1]} : all; };
-  const auto along = m_->jnt_limited[leader] ? range(leader) : std::pair{x0 - 1, x0 + 1};
+  const auto along = m_->jnt_limited[leader] ? range(leader) : std::pair{x0 - kUnlimited, x0 + kUnlimited};
   const auto value = [&](double x) {
     const double d = x - x0;
     return y0 + a[0] + d * (a[1] + d * (a[2] + d * (a[3] + d * a[4])));
@@ -201,6 +204,33 @@ std::vector<std::pair<int, double>> MjcfCouplings::moved_by_tendon(int actuator)
     if (!has_motor_[at(term.first)]) out.push_back(term);
   }
   return out;
+}
+
+/// Joints of a loop follow its driven joint, over the range of that or the unit around its place in the file.
+void MjcfCouplings::take_loops() {
+  for (int i = 0; i < m_->neq; ++i) {
+    if (!m_->eq_active0[i]) continue;
+    auto loop = MjcfLoop::find(
+        *m_, i, *this, [this](int joint) -> const MjcfCoupling& { return of(joint); }, driven_);
+    if (!loop) continue;
+    const double place = reference(loop->leader());
+    const auto range = range_of(loop->leader());
+    const bool limited = std::isfinite(range.first) && std::isfinite(range.second);
+    const std::pair<double, double> along = limited ? range : std::pair{place - kUnlimited, place + kUnlimited};
+    std::vector<NearestLine> lines;
+    for (std::size_t k = 0; k < loop->joints().size(); ++k) {
+      const auto value = [&](double x) { return loop->solve(x)[static_cast<Eigen::Index>(k)]; };
+      lines.push_back(nearest_line(value, along, {-kInfinity, kInfinity}));
+    }
+    const auto closes = [](const NearestLine& line) { return std::isfinite(line.slope + line.offset); };
+    if (!std::ranges::all_of(lines, closes)) continue;
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      const int joint = loop->joints()[k];
+      follow(joint, loop->leader(), lines[k].slope, lines[k].offset);
+      in_loops_.push_back(fmt::format("{} {:.3g}", joint_name(joint), lines[k].error));
+    }
+    meaning_.equality[at(i)] = true;
+  }
 }
 
 /// What the ranges of a joint and of its followers leave.
@@ -298,6 +328,8 @@ std::vector<std::string> MjcfCouplings::notes() const {
   };
   add("joints that share a tendon with an actuator move in the ratio of its coefficients; these follow: {}", on_tendons_);
   add("joints that follow others by a polynomial follow the nearest line, which is off by at most [rad, m]: {}", curved_);
+  add("joints that a connection closes to a loop follow its driven joint by the nearest line, which is off by at most [rad, m]: {}",
+      in_loops_);
   add("joints without an actuator that a tendon keeps near others follow them, from which the file lets them go by at most [rad, m]: {}",
       kept_near_);
   return out;

@@ -19,7 +19,8 @@ struct MjcfCoupling {
 };
 
 /// Which joints of robots follow others. Equalities, tendons with an actuator and tendons with a limit are linear relations between joints;
-/// each relation between two that lead makes one of them follow the other, rather one that no actuator moves.
+/// each relation between two that lead makes one of them follow the other, rather one that no actuator moves. Where bodies are connected to a loop, its joints
+/// follow the one that an actuator moves, each by the line that is nearest to where the loop leaves it.
 class MjcfCouplings : private MjcfView {
  public:
   explicit MjcfCouplings(const MjcfView& view);
@@ -45,6 +46,7 @@ class MjcfCouplings : private MjcfView {
   void find_motors();
   void take_equalities();
   void take_actuated_tendons();
+  void take_loops();
   void take_narrow_limits();
   void take_other_limits();
   void take_springs();
@@ -62,7 +64,7 @@ class MjcfCouplings : private MjcfView {
   std::vector<bool> has_motor_;      ///< per joint of the file: an actuator on it, or on what follows it
   std::vector<bool> driven_;         ///< the same, or one on a tendon of them
   std::vector<std::optional<std::pair<double, double>>> limits_;
-  std::vector<std::string> on_tendons_, curved_, kept_near_;
+  std::vector<std::string> on_tendons_, curved_, in_loops_, kept_near_;
   MjcfMeaning meaning_;
 };
 

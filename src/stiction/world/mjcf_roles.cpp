@@ -106,9 +106,16 @@ struct MjcfRoles::Builder {
     }
   }
 
-  /// Joints that an equality of joints or of tendons ties to each other; of joints the one that follows comes first.
+  /// Joints that an equality of joints or of tendons ties to each other, or that a connection closes to a loop; of joints the one that follows comes first.
   std::vector<int> joints_of_equality(int i) const {
     std::vector<int> joints;
+    if (m.eq_type[i] == mjEQ_CONNECT && m.eq_objtype[i] == mjOBJ_BODY) {
+      const int tops[] = {tree[at(m.eq_obj1id[i])], tree[at(m.eq_obj2id[i])]};
+      for (const int top : tops) {
+        if (top > 0) joints.push_back(m.body_jntadr[top]);
+      }
+      if (std::ranges::any_of(joints, [&](int joint) { return is_free(joint); })) joints.clear();  // something that the robot is to hold
+    }
     if (m.eq_type[i] == mjEQ_JOINT && m.eq_obj2id[i] >= 0) joints = {m.eq_obj1id[i], m.eq_obj2id[i]};
     if (m.eq_type[i] != mjEQ_TENDON) return joints;
     for (const int tendon : {m.eq_obj1id[i], m.eq_obj2id[i]}) {

@@ -41,6 +41,15 @@ std::string locate(const std::filesystem::path& file, int line, std::string_view
   return file.has_filename() ? fmt::format("{}:{}: {}", file.string(), line, path) : std::string(path);
 }
 
+/// The beginning of a long text, for messages; no character is cut in two.
+std::string shorten(const std::string& text) {
+  constexpr std::size_t kMost = 100;
+  if (text.size() <= kMost) return text;
+  std::size_t end = kMost;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
+  return text.substr(0, end) + " …";
+}
+
 /// Decimal numbers and the YAML and C spellings of NaN and infinity.
 std::optional<double> read_number(std::string_view text) {
   std::string lower(text);
@@ -138,6 +147,11 @@ YamlNode YamlNode::parse(const std::string& text, const std::filesystem::path& f
   if (const auto line = line_of_foreign_bytes(text)) {
     throw InvalidInput(fmt::format("{}: got bytes that are not UTF-8, expected text in UTF-8", locate(file, *line, "file")));
   }
+  if (const auto first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); first != std::string::npos && text[first] == '<')
+    throw InvalidInput(fmt::format(
+        "{}: got XML, expected YAML: `stiction import` makes a task of a whole scene in MJCF, URDF or SDF, and a scene names the "
+        "file of a robot as `mjcf` or `urdf`",
+        locate(file, 1, "file")));
   try {
     return YamlBuilder{std::make_shared<const std::filesystem::path>(file), kNodesPerCharacter * (text.size() + 1)}.build(YAML::Load(text),
                                                                                                                           "");
@@ -182,7 +196,7 @@ std::string YamlNode::describe() const {
     case Kind::Null:
       return "nothing";
     case Kind::Scalar:
-      return is_number() ? data_->scalar : fmt::format("'{}'", data_->scalar);
+      return is_number() ? data_->scalar : fmt::format("'{}'", shorten(data_->scalar));
     case Kind::Sequence:
       return fmt::format("a list of {}", data_->items.size());
     case Kind::Map:
