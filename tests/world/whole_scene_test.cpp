@@ -317,6 +317,21 @@ TEST(WholeScene, MissingFiles_AreLeftOutWhereTheyAreOnlySeen) {
   EXPECT_NE(message.find("nowhere.stl"), std::string::npos) << message;
 }
 
+/// Six pictures, whose names MuJoCo does not tell; another fault of the file is named all the same.
+TEST(WholeScene, MissingPicturesOfACube_AreLeftOut) {
+  const std::string cube =
+      R"(<asset><texture name="dice" type="cube" fileup="u.png" filedown="d.png" fileleft="l.png" fileright="r.png" filefront="f.png" fileback="b.png"/>
+      <material name="m" texture="dice"/>{}</asset><worldbody><body name="b"><joint name="j"/><geom size=".1" material="m"/></body></worldbody>)";
+  const RobotContents contents = read_mjcf(write_mjcf(fmt::format(fmt::runtime(cube), ""), "cube.xml"));
+  const auto& notes = contents.robot.notes;
+  EXPECT_TRUE(
+      std::any_of(notes.begin(), notes.end(), [](const auto& n) { return n.find("textures of cubes") == 0 && n.ends_with("dice"); }));
+  EXPECT_EQ(contents.robot.links[1].collisions.size(), 1u);
+  const std::string message =
+      message_of_file(write_mjcf(fmt::format(fmt::runtime(cube), R"(<material name="n" texture="none"/>)"), "cube.xml"));
+  EXPECT_NE(message.find("none"), std::string::npos) << message;
+}
+
 TEST(WholeScene, AnglesThatLookLikeRadians_AreNamedWhereTheFileDoesNotSay) {
   const std::string body = R"(<worldbody><body><joint name="hinge" range="0 0.4"/><geom size=".1"/></body></worldbody>)";
   const auto has_note = [](const fs::path& file) {

@@ -42,11 +42,14 @@ CompiledMjcf compile_mjcf(const std::string& text, const std::filesystem::path& 
   leave_out_missing_files(parsed, file.parent_path(), notes);
   parsed->compiler.usethread = 0;  // messages of other threads would not come back with the call
   mjModel* compiled = nullptr;
-  report = call_mujoco([&] { compiled = mj_compile(parsed, &files); });
-  if (compiled == nullptr) {
+  const auto compile = [&] {
+    report = call_mujoco([&] { compiled = mj_compile(parsed, &files); });
     const char* reason = mjs_getError(parsed);
-    refuse(report.failed ? report.error : reason ? reason : "");
-  }
+    return compiled != nullptr ? "" : report.failed ? report.error : std::string(reason != nullptr ? reason : "");
+  };
+  std::string said = compile();
+  if (compiled == nullptr && !report.failed && leave_out_cube_textures(parsed, notes)) said = compile();
+  if (compiled == nullptr) refuse(said);
   return CompiledMjcf(compiled);
 }
 

@@ -31,6 +31,13 @@ bool is_missing(const mjString* file, const fs::path& folder, const mjString* su
          !fs::is_regular_file(folder / name, error);
 }
 
+/// The texture has one colour.
+void flatten(mjsTexture* texture) {
+  texture->builtin = mjBUILTIN_FLAT;
+  texture->width = texture->height = 8;
+  texture->gridsize[0] = texture->gridsize[1] = 1;
+}
+
 bool states_angle(const tinyxml2::XMLElement& root, const fs::path& folder, std::set<fs::path>& seen);
 
 bool file_states_angle(const fs::path& file, const fs::path& folder, std::set<fs::path>& seen) {
@@ -87,12 +94,24 @@ void leave_out_missing_files(mjSpec* spec, const fs::path& folder, std::vector<s
     if (!is_missing(texture->file, folder, spec->compiler.texturedir)) return;
     textures.push_back(mjs_getString(texture->file));
     mjs_setString(texture->file, "");
-    texture->builtin = mjBUILTIN_FLAT;
-    texture->width = texture->height = 8;
-    texture->gridsize[0] = texture->gridsize[1] = 1;
+    flatten(texture);
   });
   if (!textures.empty())
     notes.push_back(fmt::format("textures whose files are missing, of which nothing is shown: {}", list_some(textures)));
+}
+
+bool leave_out_cube_textures(mjSpec* spec, std::vector<std::string>& notes) {
+  std::vector<std::string> names;
+  for_each(spec, mjOBJ_TEXTURE, [&](mjsElement* e) {
+    mjsTexture* texture = mjs_asTexture(e);
+    if (texture->type == mjTEXTURE_2D || texture->builtin != mjBUILTIN_NONE || mjs_getString(texture->file)[0] != '\0') return;
+    names.push_back(mjs_getString(mjs_getName(e)));
+    for (int side = 0; side < 6; ++side) mjs_setInStringVec(texture->cubefiles, side, "");
+    flatten(texture);
+  });
+  if (names.empty()) return false;
+  notes.push_back(fmt::format("textures of cubes, of which nothing is shown since a file could not be opened: {}", list_some(names)));
+  return true;
 }
 
 std::string find_unstated_degrees(const mjModel& model, const std::string& text, const fs::path& file) {
