@@ -107,5 +107,14 @@ TEST_F(Effort, OfMjcf_IsThatOfActuatorsOrOfTheJoint) {
   EXPECT_EQ(load("    effort: {j4: 2}\n", "mjcf: arm.xml")->effort()[3], 2);
 }
 
+/// Of a motor the smaller of both ranges counts: here its commands ask for less, and there its force is limited first.
+TEST_F(Effort, OfAMotorWithBothRanges_IsTheSmallerOne) {
+  (void)write("arm.xml", R"(<mujoco model="arm"><compiler angle="radian"/><worldbody>
+  <body name="l1"><joint name="j1" axis="1 0 0"/><geom size="0.1"/><body name="l2" pos="0 0 1"><joint name="j2" axis="1 0 0"/><geom size="0.1"/></body></body>
+  </worldbody><actuator><motor joint="j1" gear="150" ctrlrange="-1 1" forcerange="-87 87"/>
+  <motor joint="j2" gear="2" ctrlrange="-9 9" forcerange="-4 3"/></actuator></mujoco>)");
+  EXPECT_EQ(load("", "mjcf: arm.xml")->effort(), Eigen::Vector2d(150, 8));
+}
+
 }  // namespace
 }  // namespace stiction::world::test

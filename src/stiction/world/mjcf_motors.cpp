@@ -19,7 +19,7 @@ MjcfMotors::MjcfMotors(const MjcfView& view) : MjcfView(view), couplings_(view) 
 double MjcfMotors::gear_of(int actuator) const { return m_->actuator_gear[6 * m_->actuator_outadr[actuator]]; }
 
 /// A position servo of gain k_p through gear g holds its joint with the stiffness k_p g². What any actuator can bear: its range of forces
-/// through the gear, or of a motor that of its commands; of a joint with a range of its own that.
+/// through the gear, and of a motor no more than its largest command asks for; of a joint with a range of its own that.
 void MjcfMotors::find_springs() {
   spring_.resize(static_cast<std::size_t>(m_->njnt));
   effort_.resize(static_cast<std::size_t>(m_->njnt));
@@ -58,10 +58,11 @@ void MjcfMotors::add_actuator(int i, int j, double lever) {
   has_actuator_[joint] = true;
   const bool fixed_gain = m_->actuator_gaintype[i] == mjGAIN_FIXED;
   std::optional<double> force;
-  if (m_->actuator_forcelimited[i])
-    force = largest(m_->actuator_forcerange + 2 * i);
-  else if (fixed_gain && m_->actuator_biastype[i] == mjBIAS_NONE && m_->actuator_ctrllimited[i])
-    force = std::abs(gain[0]) * largest(m_->actuator_ctrlrange + 2 * i);
+  if (m_->actuator_forcelimited[i]) force = largest(m_->actuator_forcerange + 2 * i);
+  if (fixed_gain && m_->actuator_biastype[i] == mjBIAS_NONE && m_->actuator_ctrllimited[i]) {
+    const double asked = std::abs(gain[0]) * largest(m_->actuator_ctrlrange + 2 * i);
+    force = force ? std::min(*force, asked) : asked;
+  }
   if (force && *force * lever != 0) effort_[joint] = effort_[joint].value_or(0) + *force * std::abs(lever);
   const bool servo = fixed_gain && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] > 0 && bias[0] == 0 && bias[1] == -gain[0] &&
                      m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
