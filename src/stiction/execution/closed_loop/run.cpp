@@ -19,6 +19,8 @@ using world::Model;
 
 /// The fingers of a hand have turned an object far enough [tolerances of the goal].
 constexpr double kThereInHand = 0.85;
+/// A robot that does not catch up with its plan within this time is held up by something [s].
+constexpr double kLongestWait = 2;
 /// Of objects that rest on what stops them, those lag behind their plan for some follow times.
 constexpr double kFollowTimes = 2;
 
@@ -143,6 +145,7 @@ class Executor {
       end_piece(off_, held || robot_.has_touched());
       if (robot_.is_over() || robot_.has_touched()) return {};
       if (!held && robot_.is_displaced()) return "the object was put elsewhere";
+      if (!held && waited_ > kLongestWait) return "something held the robot up";
       if (!held)
         return fmt::format("{} was {:.1f} tolerances off its plan", piece.kind == SegmentKind::Regrasp ? "a regrasp" : "a push", off_);
       if (robot_.goal_share(robot_.q()) <= source_.fraction()) return "the goal did not hold";
@@ -156,19 +159,28 @@ class Executor {
   bool follow(const Trajectory& trajectory, const Piece& piece, double zero) {
     const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
     const double looked_back = how_.settle_time + kFollowTimes * robot_.follow_time();
+    waited_ = 0;
     Eigen::VectorXd u(model_.n_a()), q_plan(model_.n_q());
     while (robot_.now() - zero < end - 0.5 * how_.tick) {
       const double t = std::min(robot_.now() - zero + how_.tick, end);
       interpolate_command(trajectory, t, u);
       interpolate(model_, trajectory, t, q_plan);
       if (!robot_.tick(u, q_plan) || robot_.is_displaced()) return false;
+      const double wait = wait_for_robot(room_at(trajectory, t), q_plan);
+      zero += wait, waited_ += wait;
       if (!robot_.looked()) continue;
-      if (robot_.has_touched()) return false;
+      if (robot_.has_touched() || waited_ > kLongestWait) return false;
       off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
                             how_.watch_interval, robot_.q(), problem_.goal, is_last(trajectory, piece));
       if (off_ > how_.off_on_the_way) return false;
     }
     return true;
+  }
+
+  /// Of a tick the plan waits for a robot that is off its path by more than the room there is, and for all of it where it is off by twice the room [s].     (E.25)
+  double wait_for_robot(double room, const Eigen::VectorXd& q_plan) const {
+    const Eigen::VectorXd off = (robot_.q() - q_plan).tail(model_.n_a()).cwiseAbs().cwiseProduct(model_.reach());
+    return how_.tick * std::clamp(off.maxCoeff() / room - 1, 0.0, 1.0);
   }
 
   /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
@@ -198,6 +210,7 @@ class Executor {
   ChosenCommands turning_;
   bool asked_ = false;  ///< whether fingers turn the object
   double off_ = 0;      ///< of the last look, in tolerances
+  double waited_ = 0;   ///< for the robot, in the piece under way [s]
 };
 
 }  // namespace

@@ -26,6 +26,7 @@ struct Stretch {
   double way = 0;           ///< time at f = 1 [s]
   double most = 1;          ///< f at most
   double acceleration = 0;  ///< of f at most [1/s]
+  double lag = infinite();  ///< by how much the robot may be off it [m]
   bool free = false;        ///< the robot touches nothing that it could move …
   Eigen::VectorXd room;     ///< … and its joints have so much room, in multiples of RunSpeeds::room (n_a)
   Eigen::VectorXd slope;    ///< du/dt at f = 1 (n_a)
@@ -59,6 +60,7 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, doubl
   const Eigen::VectorXd u0 = t.u.col(k), u1 = t.u.col(k + 1);
   Stretch out;
   out.free = free;
+  if (free) out.lag = room;
   out.room = speeds.most_room.cwiseMin(room).cwiseQuotient(speeds.most_room.cwiseMin(speeds.room));
   out.way = free ? calc_duration(u0, u1, speeds.push) : std::max(travel / speeds.object, calc_duration(u0, u1, speeds.most));
   out.way = std::max(out.way, kLeastInterval);
@@ -122,7 +124,7 @@ class Timer {
         room_(model, speeds.room) {}
 
   Trajectory run(const Trajectory& in) {
-    add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
+    add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0, infinite());
     for (const Piece& piece : in.pieces) add_piece(in, piece);
     return take();
   }
@@ -146,7 +148,7 @@ class Timer {
     const std::vector<double> f = calc_knot_speeds(speeds_, piece.kind, stretches);
     if (!pieces_.empty() && pause_ > 0) {
       const Eigen::VectorXd u = u_.back(), q = q_.back();
-      add(u, q, segments_.back(), knots_.back(), times_.back() + pause_);
+      add(u, q, segments_.back(), knots_.back(), times_.back() + pause_, infinite());
     }
     Piece& out = pieces_.emplace_back(piece);
     out.first_knot = last();
@@ -159,7 +161,8 @@ class Timer {
         Eigen::VectorXd u = (1 - share) * in.u.col(from) + share * in.u.col(to);
         if (lead_ != nullptr) add_lead(stretches, i, f[i + 1], u);
         const double time = std::max(calc_time(stretches[i], f[i], f[i + 1]), calc_duration(u_.back(), u, speeds_.most));
-        add(u, blend(in.q.col(from), in.q.col(to), share), in.segments[to], in.knots[to], times_.back() + std::max(time, kLeastInterval));
+        add(u, blend(in.q.col(from), in.q.col(to), share), in.segments[to], in.knots[to], times_.back() + std::max(time, kLeastInterval),
+            stretches[i].lag);
       }
     }
     out.last_knot = last();
@@ -197,8 +200,9 @@ class Timer {
   }
 
   Eigen::Index last() const { return static_cast<Eigen::Index>(times_.size()) - 1; }
-  void add(const Eigen::VectorXd& u, const Eigen::VectorXd& q, int segment, int knot, double time) {
+  void add(const Eigen::VectorXd& u, const Eigen::VectorXd& q, int segment, int knot, double time, double room) {
     u_.push_back(u), q_.push_back(q), segments_.push_back(segment), knots_.push_back(knot), times_.push_back(time);
+    rooms_.push_back(room);
   }
 
   Trajectory take() const {
@@ -212,6 +216,7 @@ class Timer {
       out.u.col(k) = u_[static_cast<std::size_t>(k)];
       out.q.col(k) = q_[static_cast<std::size_t>(k)];
     }
+    out.room = Eigen::Map<const Eigen::VectorXd>(rooms_.data(), n);
     out.pieces = pieces_;
     out.speed = speeds_.factor;
     return out;
@@ -226,7 +231,7 @@ class Timer {
   LagAllowance room_;
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
-  std::vector<double> times_;
+  std::vector<double> times_, rooms_;
   std::vector<Piece> pieces_;
 };
 
