@@ -219,6 +219,9 @@ void calc_object_mass(const Model& model, const Kinematics& kinematics, int obje
 
 /// Diagonal of the mass matrix of the robots (n_a) [kg m²; kg of prismatic joints]: of all links that a joint moves, about its axis.
 Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinematics);
+/// The largest of them for each joint, over postures drawn anywhere within the limits (n_a). An arm that stands upright hardly resists the joint that turns it about
+/// itself, and resists it a hundred times as much where it reaches out.
+Eigen::VectorXd calc_largest_joint_inertia(const Model& model);
 
 /// Generalised force of gravity on the objects τᵘ (n_vu) [N, N·m].
 void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<Eigen::VectorXd> tau_u);

@@ -1,7 +1,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/random.hpp"
 #include "stiction/world/model_impl.hpp"
 #include "stiction/world/object_derivatives.hpp"
 #include "stiction/world/point_jacobian.hpp"
@@ -94,6 +97,27 @@ Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinemat
     }
   }
   return out;
+}
+
+Eigen::VectorXd calc_largest_joint_inertia(const Model& model) {
+  constexpr int kPostures = 100;
+  KinematicsWorkspace work(model);
+  Kinematics kinematics;
+  core::Random random(0, 0);
+  Eigen::VectorXd q = model.neutral(), largest = Eigen::VectorXd::Zero(model.n_a());
+  for (int k = 0; k <= kPostures; ++k) {
+    calc_kinematics(model, q, work, kinematics);
+    largest = largest.cwiseMax(calc_joint_inertia(model, kinematics));
+    for (int j = 0; j < model.n_a(); ++j) {
+      const double lower = model.lower()[j], upper = model.upper()[j];
+      const bool turns = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == DofKind::Revolute;
+      if (std::isfinite(lower) && std::isfinite(upper))
+        q[model.n_qu() + j] = random.uniform(lower, upper);
+      else if (turns)
+        q[model.n_qu() + j] = random.uniform(-std::numbers::pi, std::numbers::pi);
+    }
+  }
+  return largest;
 }
 
 void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<Eigen::VectorXd> tau_u) {

@@ -49,10 +49,7 @@ double calc_object_speed(const Model& model, int object) {
 /// A spring K_a on the inertia M of its joint trails by M q̈/K_a, and after a jump Δq̇ of its speed by at most Δq̇/(e ω), ω² = K_a/M. Both stay within the room
 /// at the reach of the joint, and within what the motor gives.                                                                           (E.18)
 void set_free_motion(const Model& model, RunSpeeds& out) {
-  world::KinematicsWorkspace work(model);
-  world::Kinematics kinematics;
-  world::calc_kinematics(model, model.neutral(), work, kinematics);
-  const Eigen::VectorXd omega_squared = model.stiffness().cwiseQuotient(world::calc_joint_inertia(model, kinematics));
+  const Eigen::VectorXd omega_squared = model.stiffness().cwiseQuotient(world::calc_largest_joint_inertia(model));
   out.room = world::share::kClearance * model.scales().robots().length;
   out.most_room = kInertiaShare * model.effort().cwiseQuotient(model.stiffness()).cwiseProduct(model.reach());
   const Eigen::VectorXd lag = out.most_room.cwiseMin(out.room).cwiseQuotient(model.reach());
