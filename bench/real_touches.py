@@ -190,7 +190,7 @@ def simulate(name, touches, force, seed):
             distances.append(float(np.linalg.norm(best.p_L - touch["p_L"])))
     says, right = np.array(says), np.array(right)
     bins = [(says >= low) & (says < high) for low, high in ((0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.01))]
-    errors = [(abs(float(says[b].mean() - right[b].mean())), float(np.sqrt(says[b].mean() * (1 - says[b].mean()) / b.sum()))) for b in bins if b.any()]
+    errors = [(abs(float(says[b].mean() - right[b].mean())), float(np.sqrt(says[b].mean() * (1 - says[b].mean()) / b.sum()))) for b in bins if b.mean() >= 0.05]
     return {
         "touches": touches,
         "below_threshold": round(1 - float(np.mean(seen)), 3),
@@ -198,7 +198,7 @@ def simulate(name, touches, force, seed):
         "first": round(float(right.mean()), 3),
         "says": round(float(says.mean()), 3),
         "curve": [(round(float(says[b].mean()), 3), round(float(right[b].mean()), 3), int(b.sum())) for b in bins if b.any()],
-        "worst_bin": [round(x, 3) for x in max(errors)],  # and the standard error of so few touches
+        "worst_bin": [round(x, 3) for x in max(errors)],  # of those with a twentieth of the touches or more; and its standard error
         "in_set": round(held / touches, 3),
         "set_links": round(sizes / touches, 2),
         "median_distance_cm": round(100 * float(np.median(distances)), 1),
