@@ -50,7 +50,7 @@ ContactSets sense_with_options(const Sensor& sensor, const Vector& q, const Vect
   const Eigen::VectorXd full = configuration_of(sensor.model(), "q", q.value);
   sensing::ContactSetOptions options;
   options.sense.cone = sensing::FrictionCone(friction, rays);
-  set_torques(sensor.model(), {noise, rest, sign, unmeasured}, options.sense);
+  set_torques(sensor.model(), {noise, std::nullopt, rest, sign, unmeasured}, options.sense);
   options.sense.threshold = threshold;
   options.sense.tolerance = tolerance;
   options.max_contacts = max_contacts;

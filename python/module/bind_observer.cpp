@@ -35,15 +35,18 @@ held, and the mean of the torques grows sharper: sense(q, onset.mean, rest=onset
 
   rest: torques where nothing touches (n) [N m; N]. noise: standard deviations of one row (n), or their covariance (n, n): Calibration.within.
   drift: of the offset, a random walk (n) [N m/s^0.5], or None. false_alarms: share of rows at which an alarm begins where nothing touches, in (0, 0.1).
+  hysteresis, settle: what a touch leaves, as Calibration.hysteresis says: for `settle` seconds the offset is off by this share of its torques.
   shift: change that is to be found soonest, in deviations of the noise, > 0. rest_rows: of which rest is the mean. quiet: rows within noise that end a touch, >= 1.
 
 Raises InvalidInput by the name of the argument.)")
       .def(
           "__init__",
           [](TouchOnset* self, const Vector& rest, const std::variant<Vector, Matrix>& noise, const std::optional<Vector>& drift,
-             double false_alarms, double shift, int rest_rows, int quiet) {
+             double hysteresis, double settle, double false_alarms, double shift, int rest_rows, int quiet) {
             sensing::OnsetOptions options{.noise = std::holds_alternative<Vector>(noise) ? Eigen::MatrixXd(std::get<Vector>(noise).value)
                                                                                          : std::get<Matrix>(noise).value,
+                                          .hysteresis = hysteresis,
+                                          .settle = settle,
                                           .false_alarms = false_alarms,
                                           .shift = shift,
                                           .rest_rows = rest_rows,
@@ -51,7 +54,8 @@ Raises InvalidInput by the name of the argument.)")
             if (drift) options.drift = drift->value;
             new (self) TouchOnset(rest.value, std::move(options));
           },
-          "rest"_a, "noise"_a, nb::kw_only(), "drift"_a = nb::none(), "false_alarms"_a = sensing::OnsetOptions{}.false_alarms,
+          "rest"_a, "noise"_a, nb::kw_only(), "drift"_a = nb::none(), "hysteresis"_a = sensing::OnsetOptions{}.hysteresis,
+          "settle"_a = sensing::OnsetOptions{}.settle, "false_alarms"_a = sensing::OnsetOptions{}.false_alarms,
           "shift"_a = sensing::OnsetOptions{}.shift, "rest_rows"_a = sensing::OnsetOptions{}.rest_rows,
           "quiet"_a = sensing::OnsetOptions{}.quiet)
       .def(

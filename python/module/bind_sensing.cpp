@@ -81,7 +81,7 @@ Options:
   rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
   sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
   unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
-  threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint.
+  threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint, or more where that is known from few rows.
   accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
   tolerance: share of |tau| that an explanation may leave where there is no noise.
   method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
@@ -91,6 +91,7 @@ Options:
   friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
   posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
   touch_prior: probability of a contact before torques are seen, in (0, 1).
+  freedom: independent numbers by which the noise is known, one or one for each joint (n_a), > 0: Calibration.freedom; None: it is known.
 
 Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.)";
   type.def(
@@ -98,7 +99,8 @@ Raises InvalidInput by the name of the argument: sizes, numbers that are not fin
       [function](Sensor& self, Head... head, double friction, int rays, const NoiseArgument& noise, std::optional<double> threshold,
                  std::optional<double> accept, double accept_share, double tolerance, const sensing::Method& method, double merge,
                  double thin, std::optional<double> plausible_force, double friction_error, const std::optional<RestArgument>& rest,
-                 int sign, const std::vector<JointArgument>& unmeasured, Flag posterior, double touch_prior) {
+                 int sign, const std::vector<JointArgument>& unmeasured, Flag posterior, double touch_prior,
+                 const FreedomArgument& freedom) {
         SenseOptions options{.cone = sensing::FrictionCone(friction, rays),
                              .threshold = threshold,
                              .accept = accept,
@@ -111,14 +113,14 @@ Raises InvalidInput by the name of the argument: sizes, numbers that are not fin
                              .friction_error = friction_error,
                              .posterior = posterior,
                              .touch_prior = touch_prior};
-        set_torques(self.model(), {noise, rest, sign, unmeasured}, options);
+        set_torques(self.model(), {noise, freedom, rest, sign, unmeasured}, options);
         return function(options, self, head...);
       },
       arguments..., "friction"_a = standard.cone.friction(), "rays"_a = standard.cone.rays(), "noise"_a = standard.noise,
       "threshold"_a = nb::none(), "accept"_a = nb::none(), "accept_share"_a = standard.accept_share, "tolerance"_a = standard.tolerance,
       "method"_a = standard.method, "merge"_a = standard.merge, "thin"_a = standard.thin, "plausible_force"_a = nb::none(),
       "friction_error"_a = standard.friction_error, "rest"_a = nb::none(), "sign"_a = 1, "unmeasured"_a = std::vector<JointArgument>(),
-      "posterior"_a = false, "touch_prior"_a = standard.touch_prior, text.c_str());
+      "posterior"_a = false, "touch_prior"_a = standard.touch_prior, "freedom"_a = nb::none(), text.c_str());
 }
 
 SenseResult sense_once(const SenseOptions& options, Sensor& sensor, Vector q, Vector tau, const SenseResult* last) {

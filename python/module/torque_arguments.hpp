@@ -6,17 +6,21 @@
 #include <vector>
 
 #include "sensor.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/sensing/few_rows.hpp"
 #include "stiction/sensing/sense.hpp"
 
 namespace stiction::python {
 
 using NoiseArgument = std::variant<double, Vector, Matrix>;
+using FreedomArgument = std::optional<std::variant<double, Vector>>;
 using RestArgument = std::variant<Calibrated, Vector>;
 using JointArgument = std::variant<int, std::string>;
 
 /// What is known of torques, as it is given. Without a configuration a payload of the calibration is left out.
 struct TorqueArguments {
   const NoiseArgument& noise;
+  const FreedomArgument& freedom;
   const std::optional<RestArgument>& rest;
   int sign;
   const std::vector<JointArgument>& unmeasured;
@@ -35,6 +39,13 @@ inline void set_torques(const world::Model& model, const TorqueArguments& given,
       options.torques.rest = vector->value;
     else
       options.torques.rest = std::get<Calibrated>(*given.rest).values.rest;
+  }
+  if (given.freedom) {
+    Eigen::VectorXd freedom = std::holds_alternative<double>(*given.freedom)
+                                  ? Eigen::VectorXd::Constant(n, std::get<double>(*given.freedom))
+                                  : std::get<Vector>(*given.freedom).value;
+    for (const double x : freedom) core::require_positive("freedom", x);
+    options.torques.deviations = freedom.unaryExpr([](double x) { return sensing::calc_student_bound(x, sensing::kDeviations); });
   }
   options.torques.sign = given.sign;
   for (const JointArgument& joint : given.unmeasured)

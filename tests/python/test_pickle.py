@@ -26,10 +26,10 @@ import stiction as st  # noqa: E402
 VALUES = """
     Analytic BaseWrench Body ByRule Calibration Candidate CarryResult CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlSample ControlScenario
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof ErrorSets Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
-    GoalError Growth GuardedMoveResult GuardedResult IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
+    GoalError Growth GuardedMoveResult GuardedResult Hysteresis IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
     PlacedLinks PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RefusedMoves RejectionSampling Residuals
     RobotLink RolloutBatch RolloutResult RunGoal RunPiece RunPlan RunResult RunSample Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
-    SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
+    SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference TorqueNoise Touch TouchResult TouchRoute TouchScenario Trajectory
     TransferResult TreeNode TubeRest TubeResult Visual Visuals WorldError
 """.split()
 SHARED = ["Model", "Sensor"]  # immutable and large: pickle makes them anew, a copy is the object itself
@@ -180,6 +180,8 @@ MAKE: dict[str, Callable[[], Any]] = {
     "ByRule": lambda: st.ByRule(ratio=0.3),
     "Calibration": lambda: at_rest(payload="arm/wrist_3_link"),
     "JointFriction": rubbed,
+    "Hysteresis": lambda: at_rest().hysteresis,
+    "TorqueNoise": lambda: at_rest().calc_noise(),
     "Payload": lambda: at_rest(payload="arm/wrist_3_link").payload,
     "Posterior": lambda: sensed().posterior,
     "SignCheck": lambda: st.check_sign(st.load_sensing_scenario("ur5_forearm").sensor.model, np.zeros((1, 6)), np.zeros((1, 6))),

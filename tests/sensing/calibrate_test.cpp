@@ -6,6 +6,7 @@
 
 #include "sensing/random_contact.hpp"
 #include "sensing/robots.hpp"
+#include "stiction/sensing/few_rows.hpp"
 #include "stiction/sensing/known_contacts.hpp"
 #include "support/message_of.hpp"
 
@@ -113,6 +114,79 @@ TEST(Calibrate, RowsInWhichSomethingTouches_AreLeftOutAndSaid) {
   EXPECT_NE(message_of([&] { (void)calibrate(*model, rows); }).find("rows whose torques are far from the others"), std::string::npos);
 }
 
+/// Records of which each has rest, a touch of a few newton metres, three rows less than a second after it, and rest again.
+RestRows make_touched_rows(core::Random& random, int records, double share) {
+  RestRows out;
+  const MatrixXd L = true_noise().llt().matrixL();
+  const std::vector<double> times{0, 0.5, 1, 1.1, 1.3, 1.4, 1.5, 3, 3.5};
+  const int rows = static_cast<int>(times.size());
+  out.q = MatrixXd::Constant(kJoints, records * rows, 0.3);
+  out.tau.resize(kJoints, records * rows);
+  for (int r = 0; r < records; ++r) {
+    const VectorXd touch = 2 * random_matrix(random, kJoints, 1),
+                   left = share * touch.cwiseProduct(random_matrix(random, kJoints, 1).col(0));
+    for (int i = 0; i < rows; ++i) {
+      const bool touches = i == 2 || i == 3;
+      VectorXd tau = VectorXd::Constant(kJoints, 0.2) + L * random_matrix(random, kJoints, 1);
+      if (touches) tau += touch;
+      if (i >= 4 && i <= 6) tau += left;
+      out.tau.col(r * rows + i) = tau;
+      out.records.push_back(r);
+      out.times.push_back(times[static_cast<std::size_t>(i)]);
+      out.touched.push_back(touches);
+    }
+  }
+  return out;
+}
+
+TEST(Calibrate, RowsAfterTouches_SayWhatATouchLeaves) {
+  core::Random random(11, 0);
+  const auto model = make_arm(kIiwa);
+  const Calibration c = calibrate(*model, make_touched_rows(random, 200, 0.05));
+  EXPECT_NEAR(c.hysteresis.share, 0.05, 5 * 0.05 / std::sqrt(2 * c.hysteresis.freedom));
+  EXPECT_EQ(c.freedom, 200 * 3) << "four rows at rest of each record";
+  for (int j = 0; j < kJoints; ++j)
+    EXPECT_NEAR(c.within(j, j), true_noise()(j, j), 0.2 * true_noise()(j, j)) << "rows after touches are no noise";
+
+  VectorXd touch = VectorXd::Zero(kJoints);
+  touch[4] = 2;
+  const TorqueNoise after = c.calc_noise(touch, 0.3, 1), later = c.calc_noise(touch, 1.5, 1);
+  EXPECT_EQ(later.covariance, MatrixXd(2 * c.within));
+  EXPECT_NEAR(after.covariance(4, 4) - later.covariance(4, 4), std::pow(c.hysteresis.share * 2, 2), 1e-4);
+  EXPECT_EQ(after.covariance(3, 3), later.covariance(3, 3));
+  EXPECT_NEAR(after.freedom[4], c.hysteresis.freedom, 0.05 * c.hysteresis.freedom) << "nearly all of it is from touches";
+  EXPECT_EQ(after.freedom[3], c.freedom);
+}
+
+TEST(Calibrate, TouchesThatLeaveNothing_HaveNoHysteresis) {
+  core::Random random(12, 0);
+  const auto model = make_arm(kIiwa);
+  EXPECT_LT(calibrate(*model, make_touched_rows(random, 200, 0)).hysteresis.share, 0.006);
+  EXPECT_EQ(calibrate(*model, make_rows(random, 1, 9, 0)).hysteresis.freedom, 0);
+}
+
+/// Few records, of others alone: 4 deviations of a normal number are passed far too often, Student's bound is not.
+TEST(Calibrate, NoiseOfFewRows_AlarmsNoMoreOftenThanStated) {
+  core::Random random(13, 0);
+  const auto model = make_arm(kIiwa);
+  int normal = 0, student = 0, all = 0;
+  for (int trial = 0; trial < 1500; ++trial) {
+    const Calibration c = calibrate(*model, make_touched_rows(random, 3, 0.05));
+    const RestRows next = make_touched_rows(random, 1, 0.05);
+    const VectorXd rest = next.tau.col(8), touch = (next.tau.col(2) - rest).cwiseAbs().cwiseMax((next.tau.col(3) - rest).cwiseAbs());
+    const TorqueNoise noise = c.calc_noise(touch, next.times[5] - next.times[3], 1);
+    for (int j = 0; j < kJoints; ++j) {  // only one row of a touch: they share what is left
+      const double z = std::abs(next.tau(j, 5) - rest[j]) / std::sqrt(noise.covariance(j, j));
+      normal += z > 3;
+      student += z > calc_student_bound(noise.freedom[j], 3);
+      ++all;
+    }
+  }
+  const double stated = std::erfc(3 / std::sqrt(2.0)) * all;
+  EXPECT_GT(normal, 2 * stated) << "else the test says nothing";
+  EXPECT_LT(student, stated + 4 * std::sqrt(stated));
+}
+
 TEST(Calibrate, RowsThatSayNothing_AreRefusedByWhatTheyLack) {
   core::Random random(6, 0);
   const auto model = make_arm(kIiwa);
@@ -128,6 +202,13 @@ TEST(Calibrate, RowsThatSayNothing_AreRefusedByWhatTheyLack) {
   missing.tau(2, 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(refusal(missing).find("tau"), std::string::npos);
   EXPECT_NE(refusal({}).find("no row at rest"), std::string::npos);
+  RestRows touched = make_touched_rows(random, 2, 0);
+  touched.touched.pop_back();
+  EXPECT_NE(refusal(touched).find("touched: got 17 values"), std::string::npos) << refusal(touched);
+  touched.touched.assign(18, true);
+  EXPECT_NE(refusal(touched).find("no row that is 1 s or more after a touch"), std::string::npos) << refusal(touched);
+  touched.times.clear();
+  EXPECT_NE(refusal(touched).find("rows without times"), std::string::npos) << refusal(touched);
 }
 
 /// Rest in postures of an arm whose last link carries a body that its controller does not know of.

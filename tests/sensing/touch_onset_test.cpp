@@ -81,11 +81,43 @@ TEST(TouchOnset, Touch_IsFoundAtOnceAndItsMeanGrowsSharper) {
   EXPECT_LT((onset.rest() - rest).cwiseAbs().maxCoeff(), 0.05) << "the touch is no part of the offset";
 }
 
+/// Share of rows after a touch in which something is said to touch, where the touch leaves 3 % of its torques, which fade within a second.
+double count_after_touches(double hysteresis, std::uint64_t seed) {
+  core::Random random(seed, 0);
+  const VectorXd deviation = noise_of_an_arm().diagonal().cwiseSqrt();
+  constexpr double kShare = 0.03;
+  int touched = 0, all = 0;
+  TouchOnset onset(VectorXd::Zero(kJoints), {.noise = noise_of_an_arm(), .hysteresis = hysteresis, .rest_rows = 20});
+  for (int touch = 0; touch < 20; ++touch) {
+    const VectorXd size = 2 * random_matrix(random, kJoints, 1),
+                   left = kShare * size.cwiseProduct(random_matrix(random, kJoints, 1).col(0));
+    const auto row = [&](double load, double remains) {
+      return onset.update(load * size + remains * left + deviation.cwiseProduct(random_matrix(random, kJoints, 1).col(0)), kStep);
+    };
+    for (int i = 0; i < 60; ++i) row(1, 0);
+    EXPECT_TRUE(onset.touches());
+    for (int i = 0; i < 400; ++i) {
+      const bool touches = row(0, std::exp(-i * kStep / 0.5));
+      if (i < 10) continue;  // a touch ends after a few quiet rows
+      touched += touches;
+      ++all;
+    }
+  }
+  return static_cast<double>(touched) / all;
+}
+
+TEST(TouchOnset, WhatATouchLeaves_IsNoTouch) {
+  EXPECT_GT(count_after_touches(0, 5), 0.05) << "else the test says nothing";
+  EXPECT_LT(count_after_touches(0.03, 5), 0.005);
+}
+
 TEST(TouchOnset, OptionsThatCannotBeMeant_AreRefused) {
   const auto refusal = [](OnsetOptions options) { return message_of([&] { TouchOnset onset(VectorXd::Zero(2), std::move(options)); }); };
   EXPECT_NE(refusal({.noise = MatrixXd::Zero(2, 2)}).find("noise"), std::string::npos);
   EXPECT_NE(refusal({.noise = MatrixXd::Identity(2, 2), .false_alarms = 0}).find("false_alarms: got 0"), std::string::npos);
   EXPECT_NE(refusal({.noise = MatrixXd::Identity(2, 2), .drift = VectorXd::Ones(3)}).find("drift"), std::string::npos);
+  EXPECT_NE(refusal({.noise = MatrixXd::Identity(2, 2), .hysteresis = -1}).find("hysteresis"), std::string::npos);
+  EXPECT_NE(refusal({.noise = MatrixXd::Identity(2, 2), .settle = 0}).find("settle"), std::string::npos);
   EXPECT_EQ(refusal({.noise = MatrixXd::Identity(2, 2), .false_alarms = 0.01}), "no exception");
 }
 

@@ -4824,6 +4824,44 @@ class Payload:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
+class Hysteresis:
+    """What a touch leaves for a while in the torques of rest."""
+
+    @property
+    def share(self) -> float:
+        """
+        of the largest torque of each joint in the touch, by which it is off right after it (standard deviation)
+        """
+
+    @property
+    def freedom(self) -> float:
+        """independent numbers by which it is known; 0: no touch is known"""
+
+    @property
+    def settle(self) -> float:
+        """time after a touch from which on torques are those of rest [s]"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class TorqueNoise:
+    """
+    Noise of torques, and how well it is known: sense(noise=n.covariance, freedom=n.freedom).
+    """
+
+    @property
+    def covariance(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """(n_a, n_a) [(N m)^2]"""
+
+    @property
+    def freedom(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """independent numbers by which the noise of each joint is known (n_a)"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
 class Calibration:
     """What is known of torques after rows at rest: calibrate()."""
 
@@ -4858,6 +4896,14 @@ class Calibration:
         """of a random walk (n_a, 1) [N m/s^0.5]; None without times that differ"""
 
     @property
+    def freedom(self) -> int:
+        """independent numbers by which the noise is known: rows less records"""
+
+    @property
+    def hysteresis(self) -> Hysteresis:
+        """what touches leave, where rows were touched: Hysteresis"""
+
+    @property
     def payload(self) -> Payload | None:
         """Payload, or None"""
 
@@ -4883,17 +4929,25 @@ class Calibration:
         rest at a posture, with the payload (n_a). q: (n_q), or joint positions (n_a).
         """
 
+    def calc_noise(self, *, touch: numpy.typing.ArrayLike | None = None, seconds: float = 0.0, rest_rows: int = 1) -> TorqueNoise:
+        """
+        Noise of a torque less the mean of `rest_rows` rows, `seconds` after a touch, as TorqueNoise.
+
+          touch: largest torque of each joint in the touch (n_a) [N m; N], or None where nothing has touched.
+        """
+
     def __repr__(self) -> str: ...
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def calibrate(model: Model, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, t: numpy.typing.ArrayLike | None = None, records: Sequence[int] | None = None, payload: str | None = None, same_posture: float = 0.05, unmeasured: Sequence[int | str] = []) -> Calibration:
+def calibrate(model: Model, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, t: numpy.typing.ArrayLike | None = None, records: Sequence[int] | None = None, touched: Sequence[bool] | None = None, payload: str | None = None, same_posture: float = 0.05, settle: float = 1.0, unmeasured: Sequence[int | str] = []) -> Calibration:
     """
     Offset, noise and drift of a robot's external torques, and a payload that it does not know of, from rows in which nothing touches it.
 
       q, tau: joint positions and torques as measured (rows, n_a). t: times [s] (rows). records: number of the record of each row (rows), or one record.
+      touched: rows in which something touches the robot (rows), or None. They and those less than `settle` seconds after them are no rest, and say what a touch leaves.
       payload: "robot/link" that may carry one; it takes rest in three postures or more.
       same_posture: largest difference of joint positions of one posture.
       unmeasured: joints without a torque sensor, by index or name; their noise is given as 1 and their rest as 0.
@@ -4989,12 +5043,13 @@ class TouchOnset:
 
       rest: torques where nothing touches (n) [N m; N]. noise: standard deviations of one row (n), or their covariance (n, n): Calibration.within.
       drift: of the offset, a random walk (n) [N m/s^0.5], or None. false_alarms: share of rows at which an alarm begins where nothing touches, in (0, 0.1).
+      hysteresis, settle: what a touch leaves, as Calibration.hysteresis says: for `settle` seconds the offset is off by this share of its torques.
       shift: change that is to be found soonest, in deviations of the noise, > 0. rest_rows: of which rest is the mean. quiet: rows within noise that end a touch, >= 1.
 
     Raises InvalidInput by the name of the argument.
     """
 
-    def __init__(self, rest: numpy.typing.ArrayLike, noise: numpy.typing.ArrayLike | numpy.typing.ArrayLike, *, drift: numpy.typing.ArrayLike | None = None, false_alarms: float = 1.388888888888889e-06, shift: float = 2.0, rest_rows: int = 1, quiet: int = 5) -> None: ...
+    def __init__(self, rest: numpy.typing.ArrayLike, noise: numpy.typing.ArrayLike | numpy.typing.ArrayLike, *, drift: numpy.typing.ArrayLike | None = None, hysteresis: float = 0.0, settle: float = 1.0, false_alarms: float = 1.388888888888889e-06, shift: float = 2.0, rest_rows: int = 1, quiet: int = 5) -> None: ...
 
     def update(self, tau: numpy.typing.ArrayLike, dt: float) -> bool:
         """
@@ -5084,7 +5139,7 @@ class Sensor:
         What the torque of the last joint shows at every sample of a link (4.7), (4.8).
         """
 
-    def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5) -> SenseResult:
+    def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5, freedom: float | numpy.typing.ArrayLike | None = None) -> SenseResult:
         """
         Every single contact on the sensed links that makes the torques.
 
@@ -5098,7 +5153,7 @@ class Sensor:
           rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
           sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
           unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
-          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint.
+          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint, or more where that is known from few rows.
           accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
           tolerance: share of |tau| that an explanation may leave where there is no noise.
           method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
@@ -5108,11 +5163,12 @@ class Sensor:
           friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
           posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
           touch_prior: probability of a contact before torques are seen, in (0, 1).
+          freedom: independent numbers by which the noise is known, one or one for each joint (n_a), > 0: Calibration.freedom; None: it is known.
 
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
 
-    def sense_series(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5) -> list[SenseResult]:
+    def sense_series(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5, freedom: float | numpy.typing.ArrayLike | None = None) -> list[SenseResult]:
         """
         The same for a series, each moment from the candidates of the one before.
 
@@ -5124,7 +5180,7 @@ class Sensor:
           rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
           sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
           unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
-          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint.
+          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint, or more where that is known from few rows.
           accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
           tolerance: share of |tau| that an explanation may leave where there is no noise.
           method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
@@ -5134,11 +5190,12 @@ class Sensor:
           friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
           posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
           touch_prior: probability of a contact before torques are seen, in (0, 1).
+          freedom: independent numbers by which the noise is known, one or one for each joint (n_a), > 0: Calibration.freedom; None: it is known.
 
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
 
-    def sense_touch(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, correlation: float = 0.0, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5) -> SenseResult:
+    def sense_touch(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, correlation: float = 0.0, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5, freedom: float | numpy.typing.ArrayLike | None = None) -> SenseResult:
         """
         Several moments of one touch: the same place on the same link, with another force at each moment.
 
@@ -5153,7 +5210,7 @@ class Sensor:
           rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
           sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
           unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
-          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint.
+          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint, or more where that is known from few rows.
           accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
           tolerance: share of |tau| that an explanation may leave where there is no noise.
           method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
@@ -5163,6 +5220,7 @@ class Sensor:
           friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
           posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
           touch_prior: probability of a contact before torques are seen, in (0, 1).
+          freedom: independent numbers by which the noise is known, one or one for each joint (n_a), > 0: Calibration.freedom; None: it is known.
 
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """

@@ -12,8 +12,10 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/quantile.hpp"
+#include "stiction/sensing/few_rows.hpp"
 #include "stiction/sensing/known_contacts.hpp"
 #include "stiction/sensing/series_columns.hpp"
+#include "stiction/sensing/torque_noise.hpp"
 
 namespace stiction::sensing {
 
@@ -41,6 +43,11 @@ void require_rows(const world::Model& model, const RestRows& rows) {
   core::require_finite("times", rows.times);
   if (!rows.records.empty() && rows.records.size() != count)
     core::throw_invalid("records", fmt::format("{} numbers", rows.records.size()), fmt::format("one for each row, {}", n));
+  if (rows.touched.empty()) return;
+  if (rows.touched.size() != count)
+    core::throw_invalid("touched", fmt::format("{} values", rows.touched.size()), fmt::format("one for each row, {}", n));
+  if (rows.times.empty())
+    core::throw_invalid("touched", "rows without times", "the times of all rows as well: they tell which rows follow a touch");
 }
 
 MatrixXd select_rows(const MatrixXd& all, const std::vector<int>& joints) {
@@ -51,15 +58,31 @@ MatrixXd select_rows(const MatrixXd& all, const std::vector<int>& joints) {
 
 using Records = std::vector<std::vector<int>>;  ///< rows of each record, in the order in which they come
 
-Records find_records(const RestRows& rows) {
-  Records out;
+struct FoundRecords {
+  Records rest;                     ///< without rows that are touched, or have not settled after a touch; none is empty
+  std::vector<AfterTouch> touches;  ///< of each record in which something touches
+};
+
+FoundRecords find_records(const RestRows& rows, double settle) {
+  Records rest, touched;
   std::map<int, std::size_t> number;
   for (int i = 0; i < static_cast<int>(rows.tau.cols()); ++i) {
-    const int record = rows.records.empty() ? 0 : rows.records[static_cast<std::size_t>(i)];
-    const auto [at, is_new] = number.try_emplace(record, out.size());
-    if (is_new) out.emplace_back();
-    out[at->second].push_back(i);
+    const auto row = static_cast<std::size_t>(i);
+    const auto [at, is_new] = number.try_emplace(rows.records.empty() ? 0 : rows.records[row], rest.size());
+    if (is_new) rest.emplace_back(), touched.emplace_back();
+    (!rows.touched.empty() && rows.touched[row] ? touched : rest)[at->second].push_back(i);
   }
+  FoundRecords out;
+  for (std::size_t r = 0; r < rest.size(); ++r) {
+    if (!touched[r].empty()) {
+      out.touches.push_back(find_after_touch(rows.tau, rows.times, rest[r], touched[r], settle));
+      rest[r] = out.touches.back().settled;
+    }
+    if (!rest[r].empty()) out.rest.push_back(std::move(rest[r]));
+  }
+  if (out.rest.empty())
+    core::throw_invalid("touched", fmt::format("no row that is {} s or more after a touch", settle),
+                        "rows at rest, before touches or long after them");
   return out;
 }
 
@@ -136,8 +159,8 @@ MatrixXd shrink(const MatrixXd& correlation, double freedom) {
 MatrixXd make_noise(const MatrixXd& squares, double freedom) {
   const VectorXd deviations = (squares.diagonal() / freedom).cwiseSqrt();
   const MatrixXd scale = deviations.cwiseInverse().asDiagonal();
-  const double student = freedom > 4 ? freedom / (freedom - 2) : 2;
-  return student * (deviations.asDiagonal() * shrink(scale * squares * scale / freedom, freedom) * deviations.asDiagonal());
+  return calc_student_variance(freedom) *
+         (deviations.asDiagonal() * shrink(scale * squares * scale / freedom, freedom) * deviations.asDiagonal());
 }
 
 void find_within(const world::Model& model, const RestRows& rows, const std::vector<int>& joints, const Records& records,
@@ -160,8 +183,10 @@ void find_within(const world::Model& model, const RestRows& rows, const std::vec
                                       model.dofs()[static_cast<std::size_t>(model.n_vu() + joints[static_cast<std::size_t>(j)])].name),
                           "rows that were measured at different times; a joint without a torque sensor is `unmeasured`");
   if (out.freedom < n)
-    out.notes.push_back(
-        fmt::format("noise is known from {} differences only, fewer than there are joints: record longer at rest", out.freedom));
+    out.notes.push_back(fmt::format(
+        "noise is known from {} differences only, fewer than there are joints: record longer at rest. So little shows a contact from "
+        "{:.3g} deviations on",
+        out.freedom, calc_student_bound(out.freedom, kDeviations)));
   out.within = make_noise(squares, out.freedom);
 }
 
@@ -291,6 +316,21 @@ VectorXd Calibration::calc_rest(const world::Model& model, VectorRef q) const {
   return rest + gravity_columns(model, q, payload->body) * body;
 }
 
+TorqueNoise Calibration::calc_noise(VectorRef touch, double seconds, int rest_rows) const {
+  core::require_size("touch", touch.size(), within.rows());
+  core::require_finite("touch", {touch.data(), static_cast<std::size_t>(touch.size())});
+  core::require_nonnegative("seconds", seconds);
+  if (rest_rows < 1) core::throw_invalid("rest_rows", fmt::format("{}", rest_rows), "an integer ≥ 1");
+  TorqueNoise out{(1 + 1 / static_cast<double>(rest_rows)) * within, VectorXd::Constant(within.rows(), freedom)};
+  if (seconds >= hysteresis.settle || !(hysteresis.share > 0)) return out;
+  for (Index j = 0; j < touch.size(); ++j) {
+    const double white = out.covariance(j, j) / calc_student_variance(freedom), left = std::pow(hysteresis.share * touch[j], 2);
+    out.freedom[j] = std::pow(white + left, 2) / (white * white / freedom + left * left / hysteresis.freedom);
+    out.covariance(j, j) += calc_student_variance(hysteresis.freedom) * left;
+  }
+  return out;
+}
+
 namespace {
 
 /// Σ of some joints as that of all, 1 of the others.
@@ -307,16 +347,20 @@ MatrixXd spread(const MatrixXd& some, const std::vector<int>& joints, Index n) {
 Calibration calibrate(const world::Model& model, const RestRows& given, const CalibrationOptions& options) {
   require_rows(model, given);
   core::require_positive("same_posture", options.same_posture);
+  core::require_positive("settle", options.settle);
   std::vector<int> joints = given.measured;
   if (joints.empty()) joints = joints_but(model.n_a(), {});
   RestRows rows = given;
   rows.tau = select_rows(given.tau, joints);
   Calibration out;
   out.rows = static_cast<int>(rows.tau.cols());
-  Records records = find_records(rows);
+  auto [records, touches] = find_records(rows, options.settle);
   leave_out_touched(rows, records, out);
+  for (AfterTouch& record : touches)
+    std::erase_if(record.settled, [&](int i) { return std::find(out.touched.begin(), out.touched.end(), i) != out.touched.end(); });
   out.records = static_cast<int>(records.size());
   find_within(model, rows, joints, records, out);
+  out.hysteresis = fit_hysteresis(rows.tau, touches, out.within.diagonal() / calc_student_variance(out.freedom), options.settle);
   out.rest = mean_of(rows.tau, records.back());
   out.noise = (1 + 1 / static_cast<double>(records.back().size())) * out.within;
   find_between(rows, records, options.same_posture, out);

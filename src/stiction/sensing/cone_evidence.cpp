@@ -46,8 +46,8 @@ std::array<Node, n> make_nodes() {
   return out;
 }
 
-const std::array<Node, 16>& nodes() {
-  static const auto out = make_nodes<16>();
+const std::array<Node, 10>& nodes() {
+  static const auto out = make_nodes<10>();
   return out;
 }
 

@@ -1,6 +1,7 @@
 #include "stiction/sensing/scenario.hpp"
 
 #include "stiction/sensing/calibrate.hpp"
+#include "stiction/sensing/few_rows.hpp"
 #include "stiction/sensing/series_columns.hpp"
 
 namespace stiction::sensing {
@@ -42,6 +43,7 @@ void set_rest(Scenario& scenario, std::span<const Eigen::Index> moments, bool no
   const Calibration calibration = calibrate(model, rows);
   torques.rest = calibration.rest;
   torques.covariance = calibration.noise;
+  torques.deviations = Eigen::VectorXd::Constant(model.n_a(), calc_student_bound(calibration.freedom, kDeviations));
   scenario.series.notes.insert(scenario.series.notes.end(), calibration.notes.begin(), calibration.notes.end());
 }
 

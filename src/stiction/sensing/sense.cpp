@@ -381,7 +381,7 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   out.posterior.places.clear();
   out.posterior.nothing = 1;
   out.largest = work.whitened.largest();
-  out.threshold = options.threshold.value_or(4 * out.largest.noise);
+  out.threshold = options.threshold.value_or(out.largest.deviations * out.largest.noise);
   const bool is_below = out.largest.torque < out.threshold;
   if (is_below && !options.posterior) return;
 

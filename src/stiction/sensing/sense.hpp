@@ -21,7 +21,7 @@ struct SenseOptions {
   FrictionCone cone{1, 4};
   double noise = 0.1;  ///< standard deviation of each torque [N·m], > 0; `torques` may have one for each joint
   std::optional<double>
-      threshold{};  ///< contacts are looked for where max |τ_j| is at least this [N·m], > 0; nullopt: 4 times the noise of joint j
+      threshold{};  ///< contacts are looked for where max |τ_j| is at least this [N·m], > 0; nullopt: TorqueModel::deviations times the noise of joint j
   /// Samples with l up to this are accepted [(N·m)²]; nullopt: accept_share ‖τ‖², or what noise may make if that is more. δ of RSGD (4.10)
   /// and ε of rejection sampling (4.9), in the units of (4.5): twice those of the thesis's figures.
   std::optional<double> accept{};

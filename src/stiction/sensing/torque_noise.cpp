@@ -62,6 +62,10 @@ void TorqueModel::validate(int n_a) const {
     core::require_size("rest", rest.size(), n_a);
     core::require_finite("rest", {rest.data(), static_cast<std::size_t>(rest.size())});
   }
+  if (deviations.size() != 0) {
+    core::require_size("deviations", deviations.size(), n_a);
+    for (const double x : deviations) core::require_positive("deviations", x);
+  }
   if (covariance.size() == 0) return;
   if (covariance.rows() != n_a || covariance.cols() != n_a)
     core::throw_invalid("noise", fmt::format("a matrix of shape ({}, {})", covariance.rows(), covariance.cols()),
@@ -110,9 +114,10 @@ void WhitenedTorques::assign(const TorqueModel& model, VectorRef measured, doubl
   double most = -1;
   for (const int j : joints_) {
     const double sigma = model.covariance.size() == 0 ? noise : std::sqrt(model.covariance(j, j)), size = std::abs(external_[j]);
-    if (!(size / sigma > most)) continue;
-    most = size / sigma;
-    largest_ = {j, size, sigma};
+    const double deviations = model.deviations.size() == 0 ? kDeviations : model.deviations[j];
+    if (!(size / (sigma * deviations) > most)) continue;
+    most = size / (sigma * deviations);
+    largest_ = {j, size, sigma, deviations};
   }
   whitens_ = model.covariance.size() != 0 || !model.unmeasured.empty();
   if (whitens_) return whiten(model, noise, model_error);

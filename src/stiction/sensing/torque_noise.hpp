@@ -8,15 +8,20 @@
 
 namespace stiction::sensing {
 
+/// Deviations of noise that are passed by chance at one in 16 000 torques.
+inline constexpr double kDeviations = 4;
+
 /// What is known of torques as a sensor gives them: τ = sign (measured − rest) + noise.
 struct TorqueModel {
   /// Σ of the noise of all joints (n_a × n_a) [(N·m)²], symmetric, positive definite on the joints that are measured; empty: the same noise in every joint.
   Eigen::MatrixXd covariance{};
-  Eigen::VectorXd rest{};         ///< measured where nothing touches (n_a) [N·m; N]; empty: 0
-  double sign = 1;                ///< −1: of torques that the robot makes against its surroundings, as libfranka gives them; else 1
+  Eigen::VectorXd rest{};  ///< measured where nothing touches (n_a) [N·m; N]; empty: 0
+  double sign = 1;         ///< −1: of torques that the robot makes against its surroundings, as libfranka gives them; else 1
+  /// Deviations of its noise from which on the torque of a joint shows a contact (n_a), > 0; empty: kDeviations. More where noise is known from few rows: calc_student_bound().
+  Eigen::VectorXd deviations{};
   std::vector<int> unmeasured{};  ///< joints without a torque sensor, by their index in u: their torques are unknown, and not 0
 
-  bool is_plain() const { return covariance.size() == 0 && rest.size() == 0 && sign == 1 && unmeasured.empty(); }
+  bool is_plain() const { return covariance.size() == 0 && rest.size() == 0 && deviations.size() == 0 && sign == 1 && unmeasured.empty(); }
   /// @throws core::InvalidInput naming the field: sizes, not finite, a covariance that is not symmetric and positive definite, no measured joint
   void validate(int n_a) const;
 };
@@ -41,10 +46,10 @@ class WhitenedTorques {
   /// Of J_w or J_v (3 × n_a), its columns as those of τ_s. Nothing to do where is_identity().
   void apply(Eigen::Matrix3Xd& J) const;
 
-  /// The measured torque that is largest against its noise: its joint, its size and its standard deviation.
+  /// The measured torque that is largest against what its noise may make: its joint, its size, its standard deviation, and how many of these show a contact.
   struct Largest {
     int joint = -1;
-    double torque = 0, noise = 0;
+    double torque = 0, noise = 0, deviations = kDeviations;
   };
   const Largest& largest() const { return largest_; }
 

@@ -78,6 +78,8 @@ void OnsetOptions::validate(Index n) const {
   if (!(false_alarms > 0 && false_alarms < 0.1))
     core::throw_invalid("false_alarms", fmt::format("{}", false_alarms), "a number in (0, 0.1)");
   core::require_positive("shift", shift);
+  core::require_nonnegative("hysteresis", hysteresis);
+  core::require_positive("settle", settle);
   if (rest_rows < 1) core::throw_invalid("rest_rows", fmt::format("{}", rest_rows), "an integer ≥ 1");
   if (quiet < 1) core::throw_invalid("quiet", fmt::format("{}", quiet), "an integer ≥ 1");
 }
@@ -107,6 +109,7 @@ TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(st
   P_.setZero(states, states);
   P_.topLeftCorner(n_, n_) = options_.noise / options_.rest_rows;
   sign_.setZero(n_);
+  left_.setZero(n_);
   restart();
 }
 
@@ -142,6 +145,7 @@ void TouchOnset::restart() {
   hold(x_);
   sum_.setZero(n_);
   total_.setZero(n_);
+  peak_.setZero(n_);
   since_ = 0;
   rows_ = quiet_rows_ = 0;
   alarm_ = false;
@@ -163,6 +167,7 @@ void TouchOnset::find_beginning() {
   since_ = 0;
   for (std::size_t i = beginning; i < recent_.size(); ++i) {
     total_ += recent_[i].tau;
+    peak_ = peak_.cwiseMax((recent_[i].tau - held_).cwiseAbs());
     since_ += recent_[i].dt;
   }
   if (options_.drift.size() != 0)
@@ -193,6 +198,17 @@ void TouchOnset::loosen(VectorRef sign, double dt) {
   sign_ = sign;
 }
 
+/// Variance of what the touch leaves.
+VectorXd TouchOnset::calc_left() const { return (options_.hysteresis * peak_).cwiseAbs2(); }
+
+/// What a touch left fades, e² times within `settle`: at every moment the offset may walk as far as is left of it.
+void TouchOnset::settle(double dt) {
+  if (!(options_.hysteresis > 0)) return;
+  const double kept = std::exp(-4 * dt / options_.settle);
+  P_.diagonal().head(n_) += (1 - kept) * left_;
+  left_ *= kept;
+}
+
 bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
   core::require_size("tau", tau.size(), n_);
   core::require_finite("tau", {tau.data(), static_cast<std::size_t>(tau.size())});
@@ -200,16 +216,21 @@ bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
   core::require_size("sign", sign.size(), n_);
   loosen(sign, dt);
   if (options_.drift.size() != 0) P_.diagonal().head(n_).array() += dt * options_.drift.array().square();
+  settle(dt);
   MatrixXd variance = calc_variance() + options_.noise;
+  if (alarm_) variance.diagonal() += calc_left();
   if (alarm_ && options_.friction.size() != 0) variance.diagonal() += options_.friction.cwiseAbs2();  // as in noise()
   const Eigen::LLT<MatrixXd> factor(variance);
   const VectorXd innovation = tau - (alarm_ ? held_ : sum_parts(x_)), z = factor.matrixL().solve(innovation);
   if (alarm_) {
     total_ += tau;
+    peak_ = peak_.cwiseMax(innovation.cwiseAbs());
     since_ += dt;
     ++rows_;
     if (is_quiet(z)) {
       x_ = held_x_;  // the walk went on meanwhile, which P says
+      left_ = calc_left();
+      P_.diagonal().head(n_) += left_;
       restart();
     }
     return alarm_;

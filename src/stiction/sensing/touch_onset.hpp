@@ -13,6 +13,9 @@ struct OnsetOptions {
   Eigen::VectorXd drift{};  ///< of that offset, a random walk (n) [N·m/√s]; empty: none
   /// Dry friction of joints, of which torques have an unknown part while a joint sticks or turns round (n) [N·m; N], ≥ 0; empty: none.
   Eigen::VectorXd friction{};
+  /// What a touch leaves: for `settle` seconds after it the offset of each joint is another one, by this share of the largest torque in the touch (Hysteresis), ≥ 0.
+  double hysteresis = 0;
+  double settle = 1;  ///< [s], > 0
   double false_alarms =
       1.0 / (3600 * 200);  ///< share of rows at which an alarm begins where nothing touches, in (0, 0.1): once an hour at 200 Hz
   double shift = 2;        ///< change of the torques that is to be found soonest, in deviations of their noise, > 0
@@ -62,6 +65,8 @@ class TouchOnset {
   void find_beginning();
   bool is_quiet(const Eigen::VectorXd& innovation);
   void loosen(VectorRef sign, double dt);
+  void settle(double dt);
+  Eigen::VectorXd calc_left() const;
 
   OnsetOptions options_;
   double bound_;
@@ -71,6 +76,7 @@ class TouchOnset {
   Eigen::VectorXd held_x_, held_;  ///< x before the touch, and its torques
   Eigen::MatrixXd held_variance_;
   Eigen::VectorXd sum_, total_, sign_;
+  Eigen::VectorXd peak_, left_;  ///< largest torques of the touch, and variance that is left of the one before
   std::deque<Row> recent_;
   double since_ = 0;  ///< time since the touch began [s]
   int rows_ = 0, quiet_rows_ = 0;
