@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "planning/push_plan.hpp"
 #include "stiction/execution/open_loop/lag_allowance.hpp"
 #include "stiction/execution/open_loop/push_travel.hpp"
+#include "stiction/execution/open_loop/spring_load.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -18,6 +21,7 @@ using Eigen::VectorXd;
 using planning::SegmentKind;
 using planning::test::load_model;
 
+constexpr double kUnled = 0.1;  ///< slower than what any of these pushes needs
 constexpr double kReach = 0.6;  ///< between the centres of the box and of the pusher where they touch [m]
 
 /// Commands of the pusher alone, beside the box: from x = 0 to 1 the gap is |y_box − y| − kReach.
@@ -205,7 +209,7 @@ TEST(DragFeedforward, StraightPush_LeadsByDampingOverStiffness) {
   const auto &from = knots[knots.size() - 2], &to = knots.back();
   const double way = (to.q - from.q)[1], duration = 0.2;
   ASSERT_GT(way, 0.01);
-  const auto led = lead.calc(plan, from.q, to.u, to.q, duration);
+  const auto led = lead.calc(plan, from.q, to.u, to.q, duration, kUnled);
   EXPECT_EQ(led.speed, 1);
   EXPECT_NEAR(led.strain[1], 100 * way / duration / 100, 0.02 * led.strain[1]);
   EXPECT_NEAR(led.strain[0], 0, 1e-6);
@@ -233,7 +237,7 @@ TEST(DragFeedforward, DampingOfTheJointItself_IsLedToo) {
   const auto &from = knots[knots.size() - 2], &to = knots.back();
   const double way = to.q[0] - from.q[0], duration = 0.2;
   ASSERT_GT(way, 0.01);
-  const auto led = DragFeedforward(model).calc(plan, from.q, to.u, to.q, duration);
+  const auto led = DragFeedforward(model).calc(plan, from.q, to.u, to.q, duration, kUnled);
   EXPECT_NEAR(led.strain[1], (5 / 0.05 + 60) * way / duration / 100, 0.02 * led.strain[1]);
 }
 
@@ -268,8 +272,57 @@ TEST(DragFeedforward, MotorThatCannotPushSoFast_MakesThePushSlower) {
   const auto& knots = plan.segments.back().knots;
   const auto &from = knots[knots.size() - 2], &to = knots.back();
   const double way = (to.q - from.q)[1], duration = way / 2;  // 2 m/s, 200 N
-  const auto led = DragFeedforward(model).calc(plan, from.q, to.u, to.q, duration);
+  const auto led = DragFeedforward(model).calc(plan, from.q, to.u, to.q, duration, kUnled);
   EXPECT_NEAR(led.speed, 0.8 * 100 / 200, 0.8 * 100 / 200 * 0.1 * 1.1) << "D/Δt is a tenth of the stiff robot's spring";
+  EXPECT_EQ(DragFeedforward(model).calc(plan, from.q, to.u, to.q, duration, 0.7).speed, 0.7) << "where it needs no lead";
+}
+
+/// The pusher goes away from the box, or the plan has the box move with nothing at it: there is nothing to lead, and to be slow would not help.
+TEST(DragFeedforward, StepThatPushesNothing_HasNone) {
+  const auto model = load_model("planar_pushing");
+  const planning::Plan plan = planning::test::push_up(model);
+  const auto& knots = plan.segments.back().knots;
+  const auto& from = knots[knots.size() - 2];
+  const auto calc = [&](double box, double pusher) {
+    VectorXd q = from.q;
+    q[1] += box, q.tail<2>()[1] += pusher;
+    return DragFeedforward(model).calc(plan, from.q, q.tail<2>(), q, 0.2, 0.6);
+  };
+  const auto away = calc(0, -0.1), alone = calc(0.1, -0.1);
+  EXPECT_EQ(away.speed, 1);
+  EXPECT_EQ(away.strain.norm(), 0);
+  EXPECT_EQ(alone.speed, 0.6) << "slow enough to trail";
+  EXPECT_EQ(alone.strain.norm(), 0);
+}
+
+/// Let go of: what bears no more than f T as before, and of e times as much by one T more.
+TEST(SpringLoad, TimeToLetGo_GrowsWithTheLogarithmOfTheForce) {
+  const auto model = load_model("planar_pushing");
+  const RunSpeeds speeds = calc_run_speeds(*model, 0);
+  const SpringLoad springs(*model, speeds);
+  const double T = speeds.spring_time[1], unit = speeds.springs[1] * T;  // of strain
+  const auto time = [&](double strain, int parts) {
+    double sum = 0;
+    for (int i = 0; i < parts; ++i)
+      sum += springs.calc_time(Eigen::Vector2d(0, (i + 1) * strain / parts), Eigen::Vector2d(0, i * strain / parts));
+    return sum;
+  };
+  EXPECT_NEAR(springs.calc_time(Eigen::Vector2d(0, 0), Eigen::Vector2d(0, 0.1 * unit)), 0.1 * T, 1e-12) << "from nothing";
+  for (const double times : {1.0, 10.0, 100.0}) EXPECT_NEAR(time(times * unit, 20000), T * std::log1p(times), 0.01 * T * std::log1p(times));
+  const Eigen::Vector2d least(0, 10 * unit), along(0.5 * unit, 10 * unit);
+  EXPECT_NEAR(springs.calc_time(least, along), 0.5 * T / 11 * speeds.spring_time[0] / T, 1e-6) << "one joint with what the branch bears";
+  EXPECT_EQ(springs.count_parts(least, least), 1);
+  EXPECT_EQ(springs.count_parts(Eigen::Vector2d(0, 0), least), 10);
+}
+
+/// A spring on its joint trails a force that grows by e in T by 1/(T ω)², the share of the coast.
+TEST(RunSpeeds, SpringTime_LetsTheSlowestJointOfABranchFollow) {
+  const auto model = load_model("planar_pushing");
+  const RunSpeeds speeds = calc_run_speeds(*model, 0);
+  for (int j = 0; j < 2; ++j) {
+    const double omega = std::numbers::e * speeds.acceleration[j] / speeds.jump[j];
+    EXPECT_GE(speeds.spring_time[j] * omega, 1 / std::sqrt(kCoast) * (1 - 1e-9)) << j;
+  }
 }
 
 TEST(DragFeedforward, FreeObject_HasNone) { EXPECT_FALSE(DragFeedforward(load_model("allegro_cube")).acts()); }

@@ -14,9 +14,6 @@ using core::Status;
 constexpr double kStiffer = 1e3;
 /// An object follows that is off its step by at most this share of it, in the norm of its damping, or by what counts as no motion.
 constexpr double kOff = 0.2;
-/// The speed is halved so often at most.
-constexpr int kHalvings = 4;
-constexpr double kLeastSpeed = 1.0 / 16;
 /// Of their effort motors give to what is planned and to damping.
 constexpr double kEffortShare = 0.8;
 
@@ -57,9 +54,9 @@ bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
 DragFeedforward::DragFeedforward(std::shared_ptr<const world::Model> model)
     : model_(std::move(model)), damping_(calc_object_damping(*model_)), stiff_(acts() ? make_stiff(*model_) : model_), work_(stiff_) {}
 
-bool DragFeedforward::follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const {
-  const auto norm = [&](const Eigen::VectorXd& x) { return x.dot(damping_.cwiseProduct(x)); };
-  const Eigen::VectorXd off = delta - planned;
+double DragFeedforward::norm(const Eigen::VectorXd& delta) const { return delta.dot(damping_.cwiseProduct(delta)); }
+
+bool DragFeedforward::follows(const Eigen::VectorXd& off, const Eigen::VectorXd& planned) const {
   return norm(off) <= kOff * kOff * norm(planned) || moves_nothing(*model_, off);
 }
 
@@ -73,29 +70,33 @@ double DragFeedforward::speed_within_efforts(const Eigen::VectorXd& strain, cons
 }
 
 DragFeedforward::Lead DragFeedforward::calc(const planning::Plan& plan, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
-                                            const Eigen::VectorXd& q_next, double duration) {
+                                            const Eigen::VectorXd& q_next, double duration, double unled) {
   Lead out{Eigen::VectorXd::Zero(model_->n_a()), 1};
+  Eigen::VectorXd planned(model_->n_v());
+  world::local(*model_, q, q_next, planned);
+  if (moves_nothing(*model_, planned)) return out;
   const Eigen::VectorXd strain = u - q_next.tail(model_->n_a());
   const Eigen::VectorXd u_s = q_next.tail(model_->n_a()) + strain / kStiffer;
   dynamics::StepOptions options = plan.step;
   options.smoothing = dynamics::Exact{};
   options.with_A = options.with_B = options.effort_limits = false;
+  // The regularisation of the plan, which the stiff robot would raise.
+  if (const auto* rule = std::get_if<dynamics::ByRule>(&options.regularisation))
+    options.regularisation = dynamics::ByRule{rule->ratio / kStiffer};
   const auto step = [&](const Eigen::VectorXd* damping) {
     work_.forget();
     return dynamics::step(*stiff_, {q, u_s, nullptr, damping}, options, work_, result_) == Status::Solved;
   };
-  // The regularisation of the plan, which the stiff robot would raise.
-  if (const auto* rule = std::get_if<dynamics::ByRule>(&options.regularisation))
-    options.regularisation = dynamics::ByRule{rule->ratio / kStiffer};
-  if (!step(nullptr)) return out;
-  const Eigen::VectorXd free = result_.delta;
-  for (int k = 0; k <= kHalvings; ++k, out.speed /= 2) {
-    const Eigen::VectorXd damping = out.speed * options.h / duration * damping_;
-    if (!step(&damping)) continue;
-    out.strain = kStiffer * (free - result_.delta).tail(model_->n_a()) / out.speed;
-    if (follows(result_.delta, free)) break;
+  // Where nothing damps the object a stiff robot may throw it, and then the plan tells where joints would be.
+  const Eigen::VectorXd free = step(nullptr) && follows(result_.delta - planned, planned) ? result_.delta : planned;
+  for (double speed = 1; speed >= unled; speed /= 2) {
+    const Eigen::VectorXd damping = speed * options.h / duration * damping_;
+    if (!step(&damping) || !follows(result_.delta - planned, planned)) continue;
+    out.strain = kStiffer * (free - result_.delta).tail(model_->n_a()) / speed;
+    out.speed = std::clamp(speed_within_efforts(strain, out.strain), unled, speed);
+    return out;
   }
-  out.speed = std::clamp(out.speed, kLeastSpeed, std::max(kLeastSpeed, speed_within_efforts(strain, out.strain)));
+  out.speed = unled;
   return out;
 }
 

@@ -18,7 +18,7 @@ Eigen::VectorXd calc_object_damping(const world::Model& model);
 ///
 ///     Δu = K_a⁻¹ K_s (qᵃ_s(0) − qᵃ_s(D))                                                                                            (E.17)
 ///
-/// after an exact step from q_k, with the torques of the plan, in the time Δt in which the object goes there.
+/// after an exact step from q_k, with the torques of the plan, in the time Δt in which the object goes there. A step in which no object moves has no lead.
 class DragFeedforward {
  public:
   explicit DragFeedforward(std::shared_ptr<const world::Model> model);
@@ -32,10 +32,13 @@ class DragFeedforward {
   /// @param q, u          where a step begins (n_q), and its command (n_a)
   /// @param q_next        where the plan has it end (n_q)
   /// @param duration      at full speed [s], > 0
-  Lead calc(const planning::Plan& plan, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& q_next, double duration);
+  /// @param unled         share of that speed at which nothing needs a lead, in (0, 1]: no step is slower, and one that the object follows at no speed has none
+  Lead calc(const planning::Plan& plan, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& q_next, double duration,
+            double unled);
 
  private:
-  bool follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const;
+  double norm(const Eigen::VectorXd& delta) const;
+  bool follows(const Eigen::VectorXd& off, const Eigen::VectorXd& planned) const;
   double speed_within_efforts(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const;
 
   std::shared_ptr<const world::Model> model_;

@@ -8,7 +8,9 @@
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/open_loop/drag_feedforward.hpp"
 #include "stiction/execution/open_loop/speed_limits.hpp"
+#include "stiction/world/robot_chains.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -18,6 +20,8 @@ using world::Model;
 
 /// Of what objects on joints rest on is not known: so much of their lag is not led.
 constexpr double kUnknownDrag = 0.3;
+/// However an object is damped, no push is slower than this share of what it may be with a lead.
+constexpr double kLeastUnled = 1.0 / 16;
 /// Rest times of an object on a joint in which its speed changes.
 constexpr double kStartTimes = 4;
 /// Of its effort a motor spends on the inertia of what it moves.
@@ -46,10 +50,40 @@ double calc_object_speed(const Model& model, int object) {
   return way / (kRestTime + kUnknownDrag * calc_follow_time(model, object));
 }
 
+/// ω² = K_a/M of the joints, each with the largest inertia that it may move (n_a) [1/s²].
+Eigen::VectorXd calc_omega_squared(const Model& model) {
+  return model.stiffness().cwiseQuotient(world::calc_largest_joint_inertia(model));
+}
+
+/// A force e^(t/T) on a spring trails its command by 1/(T ω)² of itself. Of the slowest joint of a branch that is the share kCoast: what presses an object then
+/// presses it where it was planned to. Nor do they change sooner than springs that bear nothing.                                       (E.24)
+Eigen::VectorXd calc_spring_time(const Model& model, const Eigen::VectorXd& omega_squared, double load_time) {
+  const world::RobotChains chains(model);
+  Eigen::VectorXd out = Eigen::VectorXd::Constant(model.n_a(), load_time);
+  for (int chain = 0; chain < chains.size(); ++chain) {
+    double slowest = std::numeric_limits<double>::infinity();
+    for (const int j : chains.joints(chain)) slowest = std::min(slowest, omega_squared[j]);
+    for (const int j : chains.joints(chain)) out[j] = std::max(load_time, 1 / std::sqrt(kCoast * slowest));
+  }
+  return out;
+}
+
+/// Of v (τ + δ T_f) = s L what v (τ + T_D) = s L leaves: unled, an object trails by all that damps it, its joint's own damping too.          (E.13)
+double calc_unled(const Model& model, int object) {
+  const auto& coordinates = model.objects()[static_cast<std::size_t>(object)];
+  const Eigen::VectorXd damping = calc_object_damping(model);
+  double trails = 0;  // T_D [s]
+  for (int v = coordinates.v_begin; v < coordinates.v_begin + coordinates.n_v; ++v) {
+    const bool turns = model.dofs()[static_cast<std::size_t>(v)].kind == world::DofKind::Revolute;
+    const double arm = turns ? 0.5 * model.scales().object(object).length : 1;
+    trails = std::max(trails, damping[v] / (arm * arm * model.scales().softest_stiffness()));
+  }
+  return std::clamp((kRestTime + kUnknownDrag * calc_follow_time(model, object)) / (kRestTime + trails), kLeastUnled, 1.0);
+}
+
 /// A spring K_a on the inertia M of its joint trails by M q̈/K_a, and after a jump Δq̇ of its speed by at most Δq̇/(e ω), ω² = K_a/M. Both stay within the room
 /// at the reach of the joint, and within what the motor gives.                                                                           (E.18)
-void set_free_motion(const Model& model, RunSpeeds& out) {
-  const Eigen::VectorXd omega_squared = model.stiffness().cwiseQuotient(world::calc_largest_joint_inertia(model));
+void set_free_motion(const Model& model, const Eigen::VectorXd& omega_squared, RunSpeeds& out) {
   out.room = world::share::kClearance * model.scales().robots().length;
   out.most_room = kInertiaShare * model.effort().cwiseQuotient(model.stiffness()).cwiseProduct(model.reach());
   const Eigen::VectorXd lag = out.most_room.cwiseMin(out.room).cwiseQuotient(model.reach());
@@ -63,6 +97,7 @@ void slow_down(double share, RunSpeeds& out) {
   out.push *= share;
   out.most *= share;
   out.springs *= share;
+  out.spring_time /= share;
   out.acceleration *= share * share;
   out.jump *= share;
 }
@@ -73,6 +108,7 @@ void RunSpeeds::validate(const Model& model) const {
   for (const auto& [name, values] : {std::pair("speed.push", &push),
                                      {"speed.most", &most},
                                      {"speed.springs", &springs},
+                                     {"speed.spring_time", &spring_time},
                                      {"speed.acceleration", &acceleration},
                                      {"speed.jump", &jump},
                                      {"speed.most_room", &most_room}}) {
@@ -83,6 +119,7 @@ void RunSpeeds::validate(const Model& model) const {
   }
   core::require_positive("speed.factor", factor);
   core::require_positive("speed.object", object);
+  core::require_positive("speed.unled", unled);
   core::require_positive("speed.room", room);
   core::require_nonnegative("speed.start_time", start_time);
 }
@@ -100,6 +137,7 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   RunSpeeds out;
   out.factor = factor;
   out.object = speed;
+  out.unled = calc_unled(model, object);
   out.most = model.speed_limit();
   out.springs = limits.of_springs(model);
   out.start_time = is_free(model, object) ? 0 : kStartTimes * kRestTime;
@@ -108,7 +146,9 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
     const bool turns = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;
     out.push[j] = std::min(turns ? speed / model.reach()[j] : speed, out.most[j]);
   }
-  set_free_motion(model, out);
+  const Eigen::VectorXd omega_squared = calc_omega_squared(model);
+  out.spring_time = calc_spring_time(model, omega_squared, limits.load_time);
+  set_free_motion(model, omega_squared, out);
   slow_down(std::min(factor, 1.0), out);
   return out;
 }

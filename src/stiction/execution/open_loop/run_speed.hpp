@@ -12,9 +12,11 @@ inline constexpr double kOpenLoopSpeed = 0.1;
 struct RunSpeeds {
   double factor = 1;             ///< these speeds are so many times those of the full timing (E.13), > 0
   double object = 0;             ///< of what is pushed, and of the robot where it touches it [m/s], > 0 (E.13)
+  double unled = 1;              ///< share of it that is slow enough without a lead, in (0, 1] (E.13)
   Eigen::VectorXd push;          ///< of joints at most, where regrasps leave and reach contact (n_a) [rad/s or m/s], > 0 (E.13)
   Eigen::VectorXd most;          ///< what no joint exceeds (n_a) [rad/s or m/s], > 0, may be infinite
-  Eigen::VectorXd springs;       ///< at which springs are strained (n_a) [rad/s or m/s], > 0 (E.9)
+  Eigen::VectorXd springs;       ///< at which springs are strained that bear nothing (n_a) [rad/s or m/s], > 0 (E.9) …
+  Eigen::VectorXd spring_time;   ///< … and in which they change by what their branch bears (n_a) [s], > 0 (E.24)
   double room = 0;               ///< that regrasps leave everywhere to lag in [m], > 0 (E.18) …
   Eigen::VectorXd acceleration;  ///< … and what joints follow in it: at this (n_a) [rad/s² or m/s²], > 0, may be infinite …
   Eigen::VectorXd jump;          ///< … with these jumps of their speed at corners (n_a) [rad/s or m/s], > 0, may be infinite

@@ -7,6 +7,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/open_loop/lag_allowance.hpp"
 #include "stiction/execution/open_loop/push_travel.hpp"
+#include "stiction/execution/open_loop/spring_load.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -71,8 +72,6 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, doubl
   } else {
     out.acceleration = speeds.start_time > 0 ? 1 / speeds.start_time : infinite();
   }
-  if (const double load = calc_duration(strain_at(t, k), strain_at(t, k + 1), speeds.springs); load > 0)
-    out.most = std::min(out.most, out.way / load);
   return out;
 }
 
@@ -121,7 +120,8 @@ class Timer {
         lead_(lead != nullptr && lead->acts() ? lead : nullptr),
         pause_(pause),
         travel_(model),
-        room_(model, speeds.room) {}
+        room_(model, speeds.room),
+        springs_(model, speeds) {}
 
   Trajectory run(const Trajectory& in) {
     add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0, infinite());
@@ -139,10 +139,9 @@ class Timer {
     }
     std::vector<Stretch> stretches;
     std::vector<std::size_t> ends;  // of the stretches between the given knots
-    for (Stretch& s : given) {
-      const int parts = count_parts(s, whole, kPart / std::min(speeds_.factor, 1.0));  // a slower run has the same knots
-      s.way /= parts;
-      stretches.insert(stretches.end(), static_cast<std::size_t>(parts), s);
+    for (std::size_t k = 0; k < given.size(); ++k) {
+      const Eigen::Index from = piece.first_knot + static_cast<Eigen::Index>(k);
+      add_parts(given[k], whole, strain_at(in, from), strain_at(in, from + 1), stretches);
       ends.push_back(stretches.size());
     }
     const std::vector<double> f = calc_knot_speeds(speeds_, piece.kind, stretches);
@@ -168,6 +167,19 @@ class Timer {
     out.last_knot = last();
   }
 
+  /// A stretch in parts, each as fast as springs are strained in it.                                                            (E.24)
+  void add_parts(Stretch s, double whole, const Eigen::VectorXd& strain, const Eigen::VectorXd& strain_next,
+                 std::vector<Stretch>& out) const {
+    const double part = kPart / std::min(speeds_.factor, 1.0);  // a slower run has the same knots
+    const int parts = std::max(count_parts(s, whole, part), springs_.count_parts(strain, strain_next));
+    const auto at = [&](int i) -> Eigen::VectorXd { return strain + static_cast<double>(i) / parts * (strain_next - strain); };
+    s.way /= parts;
+    for (int i = 0; i < parts; ++i) {
+      out.push_back(s);
+      if (const double load = springs_.calc_time(at(i), at(i + 1)); load > 0) out.back().most = std::min(s.most, s.way / load);
+    }
+  }
+
   Stretch make_stretch(const Trajectory& in, SegmentKind kind, Eigen::Index k) {
     const bool free = kind == SegmentKind::Regrasp || moves_freely(model_, in, k);
     const double travel = free ? 0.0 : travel_.calc(in.q.col(k), in.q.col(k + 1));
@@ -179,7 +191,7 @@ class Timer {
   }
 
   void set_lead(const Trajectory& in, Eigen::Index k, Stretch& s) {
-    auto lead = lead_->calc(plan_, in.q.col(k), in.u.col(k + 1), in.q.col(k + 1), s.way);
+    auto lead = lead_->calc(plan_, in.q.col(k), in.u.col(k + 1), in.q.col(k + 1), s.way, speeds_.unled);
     s.lead = std::move(lead.strain);
     s.most = std::min(s.most, lead.speed);
   }
@@ -229,6 +241,7 @@ class Timer {
   double pause_;
   PushTravel travel_;
   LagAllowance room_;
+  SpringLoad springs_;
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
   std::vector<double> times_, rooms_;
