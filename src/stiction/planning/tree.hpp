@@ -54,7 +54,7 @@ struct Node {
 /// The sub-steps of an edge become those of its node, and the last one its state.
 void set_edge(const std::vector<dynamics::Knot>& knots, const world::Model& model, Node& node);
 
-/// Nodes, and which one is extended next. No choice scans all nodes, but those that leave other objects where they are.
+/// Nodes, and which one is extended next.
 class Tree {
  public:
   /// @param weights  w of the distance Σ wᵢ eᵢ² between objects, in tolerances of the goal (n_v)
@@ -74,15 +74,12 @@ class Tree {
   const Node& operator[](int i) const { return nodes_[static_cast<std::size_t>(i)]; }
 
   /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8).
-  int nearest(const Eigen::VectorXd& q_u) const { return nearest_.nearest(q_u.data()); }
+  /// @param v  coordinates of some of the objects (tangent), wherever the others are; empty: of all
+  int nearest(const Eigen::VectorXd& q_u, const std::vector<int>& v = {}) const { return nearest_.nearest(q_u.data(), v); }
 
   /// The node whose objects are nearest to q_u, in tolerances of the goal: where a change of contacts towards q_u starts. It is none itself, and can let
-  /// go. −1 when there is none.
-  int nearest_place(const Eigen::VectorXd& q_u) const { return places_.nearest(q_u.data()); }
-
-  /// The same two for some of the objects, wherever the others are: by all nodes. @param v  coordinates of these (tangent)
-  int nearest(const Eigen::VectorXd& q_u, const std::vector<int>& v) const { return nearest(nearest_, q_u, v); }
-  int nearest_place(const Eigen::VectorXd& q_u, const std::vector<int>& v) const { return nearest(places_, q_u, v); }
+  /// go. −1 when there is none. @param v  as above
+  int nearest_place(const Eigen::VectorXd& q_u, const std::vector<int>& v = {}) const { return places_.nearest(q_u.data(), v); }
 
   /// The node of the frontier whose push, by its local metric, comes nearest to the goal; −1 when there is none.
   int take_by_metric();
@@ -109,7 +106,6 @@ class Tree {
   std::vector<int> path_to(int i) const;
 
  private:
-  static int nearest(const NearestPoints& points, const Eigen::VectorXd& q_u, const std::vector<int>& v);
   void find_best();
   void remove(int i);
 

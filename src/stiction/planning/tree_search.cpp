@@ -110,10 +110,8 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
 
 int TreeSearch::find_near(const Expansion& x) const {
   const std::vector<int> v = x.aim.empty() ? std::vector<int>{} : flagged(x.counted);
-  int near = -1;
-  if (x.at_place) near = v.empty() ? tree_.nearest_place(x.subgoal) : tree_.nearest_place(x.subgoal, v);
-  if (near < 0) near = v.empty() ? tree_.nearest(x.subgoal) : tree_.nearest(x.subgoal, v);  // (3.8)
-  return near;
+  const int near = x.at_place ? tree_.nearest_place(x.subgoal, v) : -1;
+  return near >= 0 ? near : tree_.nearest(x.subgoal, v);  // (3.8)
 }
 
 void TreeSearch::aim(Expansion& x, core::Random& random, ThreadScratch& scratch) const {
