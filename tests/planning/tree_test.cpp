@@ -133,7 +133,7 @@ TEST(Tree, Best_IsTheNearestThatIsNotPruned) {
   EXPECT_EQ(t.tree.best(), 1) << "a node that verification refused is not carried out";
   t.tree.set_replay(1, {.q_fine = t.tree[1].q, .disturbed = {}}, 1000, 1);
   EXPECT_EQ(t.tree.best(), 2);
-  t.tree.prune_subtree(2);
+  t.tree.prune(2);
   EXPECT_FALSE(t.tree.pruned(t.tree.best()));
 }
 
@@ -148,23 +148,6 @@ TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_by_place(true), first);
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_by_place(false), first);
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_by_metric(), first);
-}
-
-TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
-  RandomTree t("planar_pushing");
-  constexpr int kNode = 7;
-  t.tree.prune(kNode + 20);
-  const auto behind = [&](int i) {
-    const auto path = t.tree.path_to(i);
-    return std::find(path.begin(), path.end(), kNode) != path.end();
-  };
-  int expected = 0;
-  for (int i = 0; i < t.tree.size(); ++i) expected += behind(i) && i != kNode + 20;
-  ASSERT_GT(expected, 1);
-  EXPECT_EQ(t.tree.prune_subtree(kNode), expected);
-  EXPECT_EQ(t.tree.prune_subtree(kNode), 0) << "a second time";
-  for (int i = 0; i < t.tree.size(); ++i) EXPECT_EQ(t.tree.pruned(i), behind(i) || i == kNode + 20) << i;
-  for (int k = 0; k < 500; ++k) EXPECT_FALSE(behind(t.tree.take_by_place(k % 2 == 0)));
 }
 
 TEST(Tree, ChangesOfContacts_StartWhereBranchesCanLetGo) {

@@ -20,8 +20,6 @@ namespace threshold {
 inline constexpr double kStep = 0.1;             ///< time step of the search [s]
 inline constexpr double kFidelityEdge = 0.15;    ///< whole and half sub-steps agree on an edge up to this [tolerances]
 inline constexpr double kFidelityPath = 0.8;     ///< … and on the whole path up to this [tolerances]
-inline constexpr double kCommandNoise = 1e-6;    ///< error of commands that a path to the goal stands [rad, L of the robots]
-inline constexpr double kNoiseGrowth = 0.05;     ///< … and how far they may take objects meanwhile [tolerances]
 inline constexpr double kRestMove = 1e-4;        ///< objects rest when they move less than this in a step of kStep [L of the robots] …
 inline constexpr double kRestTurn = 1e-5;        ///< … and turn less than this [rad]
 inline constexpr double kMotionless = 0.01;      ///< a push that moves no object farther than this [L of the robots] …

@@ -72,29 +72,10 @@ void Tree::set_cannot_release(int i) {
   places_.remove(i);
 }
 
-void Tree::remove(int i) {
+void Tree::prune(int i) {
   nearest_.remove(i);
   places_.remove(i);
-}
-
-void Tree::prune(int i) {
-  remove(i);
   if (i == best_) find_best();
-}
-
-int Tree::prune_subtree(int i) {
-  std::vector<char> behind(nodes_.size(), 0);
-  behind[static_cast<std::size_t>(i)] = 1;
-  int n = 0;
-  for (int k = i; k < size(); ++k) {  // parents come before their children
-    const int parent = (*this)[k].parent;
-    if (k > i && (parent < 0 || behind[static_cast<std::size_t>(parent)] == 0)) continue;
-    behind[static_cast<std::size_t>(k)] = 1;
-    n += !pruned(k);
-    remove(k);
-  }
-  find_best();
-  return n;
 }
 
 int Tree::take_by_metric() {

@@ -99,15 +99,12 @@ class Tree {
   /// Takes a node out of every later search; it must have no children.
   void prune(int i);
   bool pruned(int i) const { return nearest_.removed(i); }
-  /// The same for a node and all behind it. @returns their number
-  int prune_subtree(int i);
 
   /// Node indices from the root to i.
   std::vector<int> path_to(int i) const;
 
  private:
   void find_best();
-  void remove(int i);
 
   std::vector<Node> nodes_;
   NearestPoints nearest_, places_;  // by the metric of each node; by the distance of objects

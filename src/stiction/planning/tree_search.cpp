@@ -250,15 +250,6 @@ void TreeSearch::set_replay(int i, EdgeReplay replay) {
 
 bool TreeSearch::reaches_goal(int node, ThreadScratch& scratch) {
   if (tree_[node].edge == SegmentKind::Regrasp || setting_.goal.ratio(tree_[node].q) > setting_.options.tolerance_fraction) return false;
-  if (!verify_at_goal(node, scratch)) return false;
-  if (!setting_.options.uses(Mechanism::NoiseReplay)) return true;
-  // A plan that rests on the sixth digit of a command is none. Everything behind the edge that went elsewhere leaves the search.
-  const int end = verifier_.follow_with_noise(tree_, tree_.path_to(node), scratch, totals_);
-  if (end != kOnPath && !scratch.stop()) totals_.distrusted += tree_.prune_subtree(end);
-  return end == kOnPath;
-}
-
-bool TreeSearch::verify_at_goal(int node, ThreadScratch& scratch) {
   EdgeReplay replay = tree_[node].replay;
   bool holds = true;
   if (replay.empty() && tree_[node].parent >= 0) {
