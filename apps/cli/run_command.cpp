@@ -151,7 +151,6 @@ json report(const planning::CarryResult& carried) {
           {"regrasps", carried.regrasps},
           {"reconnected", carried.reconnected},
           {"led", carried.led},
-          {"corrected", carried.corrected},
           {"steps", carried.steps},
           {"wall_s", carried.wall_s},
           {"processor_s", carried.processor_s}};

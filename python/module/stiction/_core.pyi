@@ -3142,10 +3142,6 @@ class CarryResult:
         """pushes with feedback"""
 
     @property
-    def corrected(self) -> int:
-        """pushes with commands of iMPC"""
-
-    @property
     def steps(self) -> int:
         """exact steps computed"""
 

@@ -20,8 +20,7 @@ enum class Mechanism : unsigned {
   Restarts,        ///< a tree that stalls makes room for a new one
   SlipperyTrees,   ///< every second tree plans with less friction
 };
-inline constexpr std::array<std::string_view, 9> kMechanismNames = {"frontier", "chains",        "sharpening",      "force_cones",
-                                                                     "preload",  "grasp_choice",  "stable_releases",
-                                                                     "restarts", "slippery_trees"};
+inline constexpr std::array<std::string_view, 9> kMechanismNames = {
+    "frontier", "chains", "sharpening", "force_cones", "preload", "grasp_choice", "stable_releases", "restarts", "slippery_trees"};
 
 }  // namespace stiction::planning

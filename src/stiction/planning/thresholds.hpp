@@ -67,10 +67,9 @@ inline constexpr long kPatience = 4;           ///< a search for a cheaper path 
 inline constexpr long kLeastPatience = 1000;   ///< … or so many
 
 // ---- refinement
-inline constexpr double kFarOff =
-    0.5;  ///< a push that ends farther than this from its place is for iMPC; a regrasp may leave objects this far from where they are wanted [tolerances]
-inline constexpr double kLost = 2;      ///< … and is given up [tolerances]
-inline constexpr double kStrayed = 4;   ///< on its way a push is given up farther away than this [tolerances]
+inline constexpr double kFarOff = 0.5;  ///< a regrasp may leave objects this far from where they are wanted [tolerances]
+inline constexpr double kLost = 2;      ///< a push that ends farther than this from its place is given up [tolerances]
+inline constexpr double kStrayed = 4;   ///< … and on its way farther away than this [tolerances]
 inline constexpr double kAgree = 0.45;  ///< a search for what is left starts where whole and half sub-steps agree up to this [tolerances]
 inline constexpr double kFeedback = 0.01;     ///< γ of (E.6)
 inline constexpr double kMostFeedback = 0.3;  ///< change of a command by feedback, as a share of what a sub-step may

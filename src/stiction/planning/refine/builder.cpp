@@ -53,7 +53,6 @@ bool Builder::build_from(const Eigen::VectorXd& q, const Eigen::VectorXd& u, con
 }
 
 bool Builder::build(std::vector<Push> pushes) {
-  out_.rests = problem_.refine.rest;
   sure_.push_back(here());
   for (std::size_t i = 0; i < pushes.size();) {
     if (problem_.control.stop()) return false;
@@ -133,40 +132,22 @@ bool Builder::regrasp(const Push& push, std::size_t number) {
   return true;
 }
 
-/// A push in small steps ends elsewhere than it did in the plan: feedback on the objects where that is too far away, then iMPC. It ends at rest where that
-/// does not take it too far away. A push that misses, but brings the objects nearer the goal, is kept: what is left is planned anew.
+/// A push in small steps ends elsewhere than it did in the plan: feedback on the objects where that is too far away, and the better one of the two.
 bool Builder::push(const Push& push, bool last) {
   const Eigen::VectorXd q_target = last ? q_goal_ : push.edges.back().knots.back().q;
-  const auto will_do = [&](const Run& run) { return last ? reaches_goal(run.end.q, run.end.fine.q) : run.missed <= threshold::kLost; };
-  std::optional<Run> nearer;
-  for (const bool rests : {true, false}) {
-    if (rests && !problem_.refine.rest) continue;
-    std::optional<Run> best = best_push(push, q_target, rests);
-    if (best && best->missed > threshold::kFarOff)
-      out_.corrected += correct_by_impc(problem_, at_, q_target, scratch_, mpc_work_, work_, *best);
-    if (best && will_do(*best)) {
-      take_push(*best);
-      return true;
-    }
-    if (best && !nearer && problem_.miss(q_goal_, best->end.q) < problem_.miss(q_goal_, at_.q) && agrees(best->end))
-      nearer = std::move(best);
-  }
-  if (nearer) take_push(*nearer);
-  return false;
-}
-
-/// Without feedback where that ends near enough, else the better one.
-std::optional<Run> Builder::best_push(const Push& push, const Eigen::VectorXd& q_target, bool rests) {
   std::optional<Run> best;
   for (const bool feedback : {false, true}) {
     Run run;
     if (!follow_push(problem_, at_, push, q_target, feedback, scratch_, work_, run)) continue;
-    if (rests && !come_to_rest(problem_, scratch_, work_, run)) continue;
     finish(problem_, at_, q_target, scratch_, work_, run);
     if (run.holds && (!best || run.missed < best->missed)) best = std::move(run);
     if (best && best->missed <= problem_.refine.miss) break;
   }
-  return best;
+  const bool there = best && (last ? reaches_goal(best->end.q, best->end.fine.q) : best->missed <= threshold::kLost);
+  if (!there) return false;
+  out_.led += best->led;
+  take(*best);
+  return true;
 }
 
 /// What is left to do, from the last place at which whole and half sub-steps agree and that no search has begun at; if that does not come to rest, from the
@@ -195,12 +176,6 @@ bool Builder::plan_anew(std::vector<Push>& pushes) {
   pushes = problem_.shortened(rest.plan);
   q_goal_ = at_goal(problem_.model, end_of(rest.plan), problem_.plan.goal);
   return true;
-}
-
-void Builder::take_push(Run& run) {
-  out_.led += run.led;
-  out_.rests = out_.rests && run.rests;
-  take(run);
 }
 
 void Builder::take(Run& run) {

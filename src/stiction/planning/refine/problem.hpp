@@ -9,7 +9,6 @@
 #include "stiction/planning/pushes.hpp"
 #include "stiction/planning/refine.hpp"
 #include "stiction/planning/simulate.hpp"
-#include "stiction/trajopt/optimize.hpp"
 
 namespace stiction::planning::refinement {
 
@@ -44,11 +43,7 @@ struct Problem : Setting {
 };
 
 /// Scratch of the thread that refines.
-struct Scratch : SimulationScratch {
-  using SimulationScratch::SimulationScratch;
-  std::optional<trajopt::OptimizeWorkspace> optimizer;  ///< made when first needed
-  trajopt::OptimizeResult optimized;
-};
+using Scratch = SimulationScratch;
 
 /// Where a refinement is, at whole sub-steps and at half of them.
 struct Cursor {
@@ -63,7 +58,6 @@ struct Run {
   bool holds = false;    ///< at half sub-steps as well
   double missed = 0;     ///< the worse of whole and half sub-steps, in tolerances of the goal
   bool led = false;      ///< a push with feedback
-  bool rests = false;    ///< a push ends at rest
   double clearance = 0;  ///< of a regrasp that was planned anew [m]
 };
 
