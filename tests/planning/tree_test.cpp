@@ -59,7 +59,7 @@ TEST(Tree, Nearest_IsTheBruteForceMinimum) {
   }
 }
 
-TEST(Tree, NearestPlace_IsWhereObjectsAreNearestAndCanBeLetGo) {
+TEST(Tree, NearestPlace_IsWhereObjectsAreNearest) {
   RandomTree t("planar_pushing");
   for (int query = 0; query < 50; ++query) {
     const Eigen::VectorXd q_u = Eigen::VectorXd::NullaryExpr(t.model->n_qu(), [&] { return t.random.normal(); });
@@ -69,11 +69,7 @@ TEST(Tree, NearestPlace_IsWhereObjectsAreNearestAndCanBeLetGo) {
       return e.norm();
     };
     const int nearest = t.tree.nearest_place(q_u);
-    for (int i = 0; i < t.tree.size(); ++i) {
-      EXPECT_FALSE(t.tree[nearest].cannot_release);
-      EXPECT_TRUE(t.tree[i].cannot_release || distance(nearest) <= distance(i)) << i;
-    }
-    t.tree.set_cannot_release(nearest);
+    for (int i = 0; i < t.tree.size(); ++i) EXPECT_LE(distance(nearest), distance(i)) << i;
   }
 }
 
@@ -150,7 +146,7 @@ TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_by_metric(), first);
 }
 
-TEST(Tree, ChangesOfContacts_StartWhereBranchesCanLetGo) {
+TEST(Tree, ChangesOfContacts_DoNotFollowEachOther) {
   RandomTree t("planar_pushing");
   Node grasp = t.tree[0];
   grasp.parent = 0;
@@ -160,8 +156,6 @@ TEST(Tree, ChangesOfContacts_StartWhereBranchesCanLetGo) {
   const int regrasp = t.tree.add(grasp, t.goal);
   EXPECT_NE(t.tree.take_by_place(true), regrasp) << "another grasp starts where this one did";
   EXPECT_NE(t.tree.nearest_place(grasp.q.head(t.model->n_qu())), regrasp);
-  for (int i = 0; i < regrasp; ++i) t.tree.set_cannot_release(i);
-  EXPECT_EQ(t.tree.take_by_place(true), -1);
   EXPECT_GE(t.tree.take_by_place(false), 0);
 }
 

@@ -39,7 +39,7 @@ inline constexpr int kMostHeld = 20;           ///< steps for which a command is
 inline constexpr int kCandidates = 32;         ///< postures in contact that are drawn for a regrasp …
 inline constexpr int kTrials = 4;              ///< … and how many of the most promising are simulated
 inline constexpr long kStableReleases = 20;    ///< where fewer than one in so many releases is stable, a search takes unstable ones as well
-inline constexpr int kBranchDraws = 30;        ///< draws of branches, until some may be able to let go
+inline constexpr int kBranchDraws = 30;        ///< draws of branches, until some may leave the objects stable
 inline constexpr double kGraspProbability = 0.3;  ///< share of the expansions that change contacts
 
 // ---- search

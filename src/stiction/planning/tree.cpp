@@ -67,11 +67,6 @@ void Tree::find_best() {
   }
 }
 
-void Tree::set_cannot_release(int i) {
-  nodes_[static_cast<std::size_t>(i)].cannot_release = true;
-  places_.remove(i);
-}
-
 void Tree::prune(int i) {
   nearest_.remove(i);
   places_.remove(i);
@@ -85,8 +80,7 @@ int Tree::take_by_metric() {
 int Tree::take_by_place(bool grasp) {
   const auto distance = [this](int i) { return (*this)[i].goal_distance; };
   if (!grasp) return pushes_.take([this](int i) { return !pruned(i); }, distance);
-  return regrasps_.take([this](int i) { return !pruned(i) && (*this)[i].edge != SegmentKind::Regrasp && !(*this)[i].cannot_release; },
-                        distance);
+  return regrasps_.take([this](int i) { return !pruned(i) && (*this)[i].edge != SegmentKind::Regrasp; }, distance);
 }
 
 std::vector<int> Tree::path_to(int i) const {

@@ -46,9 +46,7 @@ struct Node {
   EdgeReplay replay{};                                ///< empty until asked for
   double cost = 0;                                    ///< of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};               ///< commands of extensions from here (n_a each)
-  std::vector<world::ChainMask> failed_releases{};    ///< branches that cannot let go of the object together
-  std::vector<world::ChainMask> unstable_releases{};  ///< branches that can, but leave it unstable
-  bool cannot_release = false;                        ///< none can
+  std::vector<world::ChainMask> unstable_releases{};  ///< branches that leave the object unstable when they let go
 };
 
 /// The sub-steps of an edge become those of its node, and the last one its state.
@@ -77,22 +75,20 @@ class Tree {
   /// @param v  coordinates of some of the objects (tangent), wherever the others are; empty: of all
   int nearest(const Eigen::VectorXd& q_u, const std::vector<int>& v = {}) const { return nearest_.nearest(q_u.data(), v); }
 
-  /// The node whose objects are nearest to q_u, in tolerances of the goal: where a change of contacts towards q_u starts. It is none itself, and can let
-  /// go. −1 when there is none. @param v  as above
+  /// The node whose objects are nearest to q_u, in tolerances of the goal: where a change of contacts towards q_u starts. It is none
+  /// itself. −1 when there is none. @param v  as above
   int nearest_place(const Eigen::VectorXd& q_u, const std::vector<int>& v = {}) const { return places_.nearest(q_u.data(), v); }
 
   /// The node of the frontier whose push, by its local metric, comes nearest to the goal; −1 when there is none.
   int take_by_metric();
   /// The node of the frontier whose objects are nearest to the goal, for a push or a change of contacts; −1 when there is none. What a change of contacts
-  /// starts from is no change of contacts itself, and can let go.
+  /// starts from is none itself.
   int take_by_place(bool grasp);
   /// The node nearest to the goal that is not pruned.
   int best() const { return best_; }
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
-  void add_failed_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
   void add_unstable_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].unstable_releases.push_back(branches); }
-  void set_cannot_release(int i);
   /// Where the path to a node leads at half steps, and how far the node is from the goal by that.
   void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance);
 

@@ -148,9 +148,7 @@ int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
   totals_ += x.totals;
   if (x.totals.regrasps.tried > x.totals.regrasps.accepted) refused_[x.near] += x.totals.regrasps;
   if (x.refined >= 0 && !scratch.stop()) record_verdict(x);  // else it may have come to nothing for want of time
-  if (x.release_failed) tree_.add_failed_release(x.near, x.release.moved);
   if (x.release_unstable) tree_.add_unstable_release(x.near, x.release.moved);
-  if (x.cannot_release >= 0) tree_.set_cannot_release(x.cannot_release);
   totals_.distrusted += x.broken;
   if (x.command.size() > 0) tree_.add_tried(x.near, std::move(x.command));
   int parent = x.near;
