@@ -150,7 +150,6 @@ json report(const planning::CarryResult& carried) {
           {"pushes", carried.pushes},
           {"regrasps", carried.regrasps},
           {"reconnected", carried.reconnected},
-          {"led", carried.led},
           {"steps", carried.steps},
           {"wall_s", carried.wall_s},
           {"processor_s", carried.processor_s}};

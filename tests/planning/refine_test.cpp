@@ -165,31 +165,6 @@ TEST(Refine, MotionlessTail_IsCut) {
   EXPECT_TRUE(r.plan.error.within(p.plan.goal));
 }
 
-/// A plan may end within the tolerance of its goal; the refined one goes there.
-TEST(Refine, LastPush_IsLedToTheGoal) {
-  Pushing p;
-  p.go(SegmentKind::Contact, {{0, 0.1}, {0, 0.15}});
-  p.set_goal();
-  p.plan.goal.X_WG.p.z() += 0.015;
-  RefineResult led, without;
-  ASSERT_EQ(p.run(led), Status::Solved);
-  EXPECT_EQ(led.led, 1);
-  EXPECT_LT(led.plan.error.position, 0.004);
-  EXPECT_LT(led.fine_error.position, 0.004);
-  expect_consistent(*p.model, p.model, led.plan);
-  VectorXd before = p.plan.u_start;
-  for (const auto& segment : led.plan.segments) {
-    for (const auto& knot : segment.knots) {
-      EXPECT_LE((knot.u - before).cwiseAbs().maxCoeff(), led.plan.substep.joint_travel * (1 + 1e-9));
-      before = knot.u;
-    }
-  }
-  p.refine_options.miss = 100;  // no push is led back
-  ASSERT_EQ(p.run(without), Status::Solved);
-  EXPECT_EQ(without.led, 0);
-  EXPECT_GT(without.plan.error.position, 0.01);
-}
-
 TEST(Refine, TimeStep_CutsEveryStepOfThePlan) {
   for (const double h : {0.1, 0.05, 0.03}) {  // 0.03 does not divide 0.1
     Pushing p = push_with_detour();

@@ -71,8 +71,6 @@ inline constexpr double kFarOff = 0.5;  ///< a regrasp may leave objects this fa
 inline constexpr double kLost = 2;      ///< a push that ends farther than this from its place is given up [tolerances]
 inline constexpr double kStrayed = 4;   ///< … and on its way farther away than this [tolerances]
 inline constexpr double kAgree = 0.45;  ///< a search for what is left starts where whole and half sub-steps agree up to this [tolerances]
-inline constexpr double kFeedback = 0.01;     ///< γ of (E.6)
-inline constexpr double kMostFeedback = 0.3;  ///< change of a command by feedback, as a share of what a sub-step may
 inline constexpr double kMovedBranch =
     5e-3;  ///< a branch whose posture differs by more than this between two pushes has moved [rad, L of the robots]
 

@@ -53,7 +53,6 @@ class Builder {
   RegraspOrder order_;
   Plan built_;
   Cursor at_;
-  Eigen::VectorXd q_goal_;   ///< where what is left of the plan ends
   std::vector<Place> sure_;  ///< ends of pushes and regrasps at which whole and half sub-steps agree, from where no search has begun
   int searches_ = 0;         ///< for what is left …
   long extensions_ = 0;      ///< … and theirs
