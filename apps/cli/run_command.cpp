@@ -13,6 +13,7 @@
 #include "stiction/execution/closed_loop/part_start.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/tasks/goals_in_row.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/scenarios.hpp"
