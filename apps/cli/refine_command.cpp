@@ -37,7 +37,6 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResul
   row("pushes", fmt::format("{} of {}", r.pushes, r.pushes_before));
   row("regrasps", fmt::format("{} of {}, {} planned anew", r.regrasps, r.regrasps_before, r.reconnected));
   row("sub-steps", fmt::format("{} of {}", r.knots, r.knots_before));
-  row("pushes led back", fmt::format("{} of {} by feedback, {} by iMPC", r.led, r.pushes, r.corrected));
   if (r.rest_planned_anew > 0) row("rest planned anew", std::to_string(r.rest_planned_anew));
   row("time step", fmt::format("{:.3g} s", r.plan.step.h));
   row("clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
@@ -79,10 +78,7 @@ nlohmann::ordered_json report(const tasks::PlanFile& file, const RefineResult& r
   out["steps"] = result.steps;
   out["failed_steps"] = result.failed_steps;
   out["variant"] = result.variant;
-  out["rests"] = result.rests;
   out["h"] = result.plan.step.h;
-  out["led"] = result.led;
-  out["corrected"] = result.corrected;
   out["rest_planned_anew"] = result.rest_planned_anew;
   out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
   out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};

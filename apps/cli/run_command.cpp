@@ -13,6 +13,7 @@
 #include "stiction/execution/closed_loop/part_start.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/tasks/goals_in_row.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/scenarios.hpp"
@@ -150,8 +151,6 @@ json report(const planning::CarryResult& carried) {
           {"pushes", carried.pushes},
           {"regrasps", carried.regrasps},
           {"reconnected", carried.reconnected},
-          {"led", carried.led},
-          {"corrected", carried.corrected},
           {"steps", carried.steps},
           {"wall_s", carried.wall_s},
           {"processor_s", carried.processor_s}};

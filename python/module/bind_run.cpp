@@ -277,8 +277,6 @@ void bind_parts(nb::module_& m) {
       .def_ro("pushes", &planning::CarryResult::pushes)
       .def_ro("regrasps", &planning::CarryResult::regrasps)
       .def_ro("reconnected", &planning::CarryResult::reconnected, "regrasps with a new path, the way to the first push among them")
-      .def_ro("led", &planning::CarryResult::led, "pushes with feedback")
-      .def_ro("corrected", &planning::CarryResult::corrected, "pushes with commands of iMPC")
       .def_ro("steps", &planning::CarryResult::steps, "exact steps computed")
       .def_ro("wall_s", &planning::CarryResult::wall_s)
       .def_ro("processor_s", &planning::CarryResult::processor_s, "of all cores of the process [s]");

@@ -73,44 +73,6 @@ TEST(GoalRegion, PlanarObject_EachCoordinateOnItsOwn) {
   EXPECT_NEAR(q[2], 3.0, 1e-15);
 }
 
-/// A ball that turns on a carriage, a handle on a door, a box on a plane and a ball in the hand: from a little beside the goal.
-TEST(AtGoal, MovesTheObjectAndWhatItHangsOn) {
-  for (const char* task : {"planar_hand_fixed_y", "allegro_door", "planar_pushing", "allegro_ball"}) {
-    const auto model = load_model(task);
-    core::Random random(3, 0);
-    Eigen::VectorXd q = model->neutral(), delta = Eigen::VectorXd::Zero(model->n_v());
-    for (int i = 0; i < model->n_vu(); ++i) delta[i] = random.uniform(-1, 1);
-    world::retract(*model, q, delta, q);  // the goal is anywhere, a hinge may have turned
-    Goal goal;
-    goal.object = static_cast<int>(model->objects().size()) - 1;
-    goal.X_WG = world::object_pose(*model, q, goal.object);
-    for (int i = 0; i < model->n_vu(); ++i) delta[i] = random.uniform(-0.05, 0.05);
-    Eigen::VectorXd beside = q;
-    world::retract(*model, q, delta, beside);
-    EXPECT_GT(goal_error(*model, beside, goal).angle, 1e-3) << task;
-    const Eigen::VectorXd found = at_goal(*model, beside, goal);
-    EXPECT_LT(goal_error(*model, found, goal).position, 1e-9) << task;
-    EXPECT_LT(goal_error(*model, found, goal).angle, 1e-7) << task;  // of the cosine that it is computed from
-    world::local(*model, q, found, delta);
-    EXPECT_LT(delta.norm(), 1e-8) << task;
-  }
-}
-
-/// A goal beside the slider cannot be reached: what is nearest to it is.
-TEST(AtGoal, OutOfReach_LeavesWhatIsMissing) {
-  const auto model = load_model("planar_hand_fixed_y");
-  Eigen::VectorXd q(6);
-  q << 0.34, 3.1, 0, 0, 0, 0;
-  Goal goal;
-  goal.object = 1;
-  goal.X_WG = world::object_pose(*model, q, 1);
-  goal.X_WG.p += Eigen::Vector3d(0, 0.02, 0.01);
-  const Eigen::VectorXd found = at_goal(*model, q, goal);
-  EXPECT_NEAR(found[0], 0.35, 1e-9);
-  EXPECT_NEAR(found[1], 3.1, 1e-9);
-  EXPECT_NEAR(goal_error(*model, found, goal).position, 0.02, 1e-9);
-}
-
 TEST(GoalRegion, YawOnly_ErrorIsTheYawThatIsMissing) {
   const auto model = load_model("allegro_ball");
   Goal goal;

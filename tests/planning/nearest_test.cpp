@@ -47,40 +47,15 @@ struct Points {
   core::Random random;
 };
 
-TEST(ObjectSpace, Chord_IsAMetricBelowTheScaledLength) {
-  Points p("allegro_ball", 0);
-  const VectorXd weights = (VectorXd(6) << 3, 5, 2, 0.7, 0.7, 0.7).finished();
-  VectorXd e(6);
-  for (int k = 0; k < 500; ++k) {
-    const VectorXd a = p.moved(p.model->neutral(), 1.5), b = p.moved(a, 1.5), c = p.moved(b, 0.5);
-    const auto chord = [&](const VectorXd& x, const VectorXd& y) { return p.space.chord(x.data(), y.data(), weights); };
-    p.space.error(a.data(), b.data(), e.data());
-    EXPECT_LE(chord(a, b), e.cwiseProduct(weights.cwiseSqrt()).norm() * (1 + 1e-7));
-    EXPECT_LE(chord(a, c), chord(a, b) + chord(b, c) + 1e-9);
-    EXPECT_NEAR(chord(a, b), chord(b, a), 1e-12);
-    p.space.error(b.data(), c.data(), e.data());
-    if (e.tail<3>().norm() < 0.5) {
-      EXPECT_GT(chord(b, c), 0.98 * e.cwiseProduct(weights.cwiseSqrt()).norm());
-    }
-  }
-}
-
 class EverySpace : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Tasks, EverySpace, testing::Values("planar_pushing", "planar_hand", "allegro_ball"),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST_P(EverySpace, Nearest_IsThatOfTheScan) {
-  Points p(GetParam(), 75);
-  long evaluated = 0;
-  constexpr int kQueries = 300;
-  for (int k = 0; k < kQueries; ++k) {
+  Points p(GetParam(), 20);
+  for (int k = 0; k < 100; ++k) {
     const VectorXd q = p.moved(p.model->neutral(), 0.7);
-    long forms = 0;
-    ASSERT_EQ(p.nearest.nearest(q.data(), &forms), p.scan(q));
-    evaluated += forms;
-  }
-  if (p.model->n_vu() == 3) {  // metrics this wild leave little to bound in six dimensions
-    EXPECT_LT(evaluated, kQueries * p.nearest.size() / 4);
+    ASSERT_EQ(p.nearest.nearest(q.data()), p.scan(q));
   }
 }
 

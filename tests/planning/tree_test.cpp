@@ -59,7 +59,7 @@ TEST(Tree, Nearest_IsTheBruteForceMinimum) {
   }
 }
 
-TEST(Tree, NearestPlace_IsWhereObjectsAreNearestAndCanBeLetGo) {
+TEST(Tree, NearestPlace_IsWhereObjectsAreNearest) {
   RandomTree t("planar_pushing");
   for (int query = 0; query < 50; ++query) {
     const Eigen::VectorXd q_u = Eigen::VectorXd::NullaryExpr(t.model->n_qu(), [&] { return t.random.normal(); });
@@ -69,11 +69,7 @@ TEST(Tree, NearestPlace_IsWhereObjectsAreNearestAndCanBeLetGo) {
       return e.norm();
     };
     const int nearest = t.tree.nearest_place(q_u);
-    for (int i = 0; i < t.tree.size(); ++i) {
-      EXPECT_FALSE(t.tree[nearest].cannot_release);
-      EXPECT_TRUE(t.tree[i].cannot_release || distance(nearest) <= distance(i)) << i;
-    }
-    t.tree.set_cannot_release(nearest);
+    for (int i = 0; i < t.tree.size(); ++i) EXPECT_LE(distance(nearest), distance(i)) << i;
   }
 }
 
@@ -133,7 +129,7 @@ TEST(Tree, Best_IsTheNearestThatIsNotPruned) {
   EXPECT_EQ(t.tree.best(), 1) << "a node that verification refused is not carried out";
   t.tree.set_replay(1, {.q_fine = t.tree[1].q, .disturbed = {}}, 1000, 1);
   EXPECT_EQ(t.tree.best(), 2);
-  t.tree.prune_subtree(2);
+  t.tree.prune(2);
   EXPECT_FALSE(t.tree.pruned(t.tree.best()));
 }
 
@@ -150,24 +146,7 @@ TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_by_metric(), first);
 }
 
-TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
-  RandomTree t("planar_pushing");
-  constexpr int kNode = 7;
-  t.tree.prune(kNode + 20);
-  const auto behind = [&](int i) {
-    const auto path = t.tree.path_to(i);
-    return std::find(path.begin(), path.end(), kNode) != path.end();
-  };
-  int expected = 0;
-  for (int i = 0; i < t.tree.size(); ++i) expected += behind(i) && i != kNode + 20;
-  ASSERT_GT(expected, 1);
-  EXPECT_EQ(t.tree.prune_subtree(kNode), expected);
-  EXPECT_EQ(t.tree.prune_subtree(kNode), 0) << "a second time";
-  for (int i = 0; i < t.tree.size(); ++i) EXPECT_EQ(t.tree.pruned(i), behind(i) || i == kNode + 20) << i;
-  for (int k = 0; k < 500; ++k) EXPECT_FALSE(behind(t.tree.take_by_place(k % 2 == 0)));
-}
-
-TEST(Tree, ChangesOfContacts_StartWhereBranchesCanLetGo) {
+TEST(Tree, ChangesOfContacts_DoNotFollowEachOther) {
   RandomTree t("planar_pushing");
   Node grasp = t.tree[0];
   grasp.parent = 0;
@@ -177,8 +156,6 @@ TEST(Tree, ChangesOfContacts_StartWhereBranchesCanLetGo) {
   const int regrasp = t.tree.add(grasp, t.goal);
   EXPECT_NE(t.tree.take_by_place(true), regrasp) << "another grasp starts where this one did";
   EXPECT_NE(t.tree.nearest_place(grasp.q.head(t.model->n_qu())), regrasp);
-  for (int i = 0; i < regrasp; ++i) t.tree.set_cannot_release(i);
-  EXPECT_EQ(t.tree.take_by_place(true), -1);
   EXPECT_GE(t.tree.take_by_place(false), 0);
 }
 

@@ -3138,14 +3138,6 @@ class CarryResult:
         """regrasps with a new path, the way to the first push among them"""
 
     @property
-    def led(self) -> int:
-        """pushes with feedback"""
-
-    @property
-    def corrected(self) -> int:
-        """pushes with commands of iMPC"""
-
-    @property
     def steps(self) -> int:
         """exact steps computed"""
 

@@ -22,9 +22,8 @@ struct CarryResult {
   std::string reason;  ///< why not
   int pushes = 0, regrasps = 0;
   int reconnected = 0;  ///< regrasps with a new path, the way to the first push among them; the others replay the commands of the plan
-  int led = 0, corrected = 0;  ///< pushes with feedback, and with commands of iMPC
-  int rest_planned_anew = 0;   ///< searches for what was left
-  long steps = 0;              ///< exact steps computed
+  int rest_planned_anew = 0;  ///< searches for what was left
+  long steps = 0;             ///< exact steps computed
   double wall_s = 0;
   double processor_s = 0;  ///< of all cores of the process
 };
@@ -33,8 +32,7 @@ struct CarryResult {
 RefineOptions keep_plan(const Plan& plan);
 
 /// Carries a plan to where things are: its objects are shifted, its robots touch them at the same places (G.7), and a new path leads from where they are to its first push.
-/// Everything is simulated anew with the exact dynamics, as in refine(): regrasps by the commands of the plan, or where those fail by a new path; pushes with feedback and
-/// iMPC where they end elsewhere. The plan counts only if the goal is reached at the sub-step and at half of it.
+/// Everything is simulated anew with the exact dynamics, as in refine(): regrasps by the commands of the plan, or where those fail by a new path. The plan counts only if the goal is reached at the sub-step and at half of it.
 /// @param model    things where they are, with the robots and objects of the plan
 /// @param options  those that the plan was made with
 /// @returns Solved; NumericalFailure: it comes to nothing, `out.reason` says where; Cancelled, MaxIterations (deadline)

@@ -7,22 +7,13 @@ namespace stiction::planning {
 void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random) const {
   if (tree[x.near].edge == SegmentKind::Regrasp) x.near = tree[x.near].parent;
   const Node& near = tree[x.near];
-  x.grasp = false;
-  if (near.cannot_release) return;
-  const auto failed = [&](world::ChainMask moved) { return moved == x.release.moved; };
   // Where some branches leave the object unstable, these and others do.
   const auto unstable = [&](world::ChainMask moved) { return (moved & x.release.moved) == moved; };
-  for (int k = 0; k < threshold::kBranchDraws && !x.grasp; ++k) {
+  for (int k = 0; k < threshold::kBranchDraws; ++k) {
     x.release = {contact::draw_grasp(setting_.chains, contact::GenericSampler{}, random), x.may_be_unstable};
-    x.grasp =
-        std::ranges::none_of(near.failed_releases, failed) && (x.may_be_unstable || std::ranges::none_of(near.unstable_releases, unstable));
+    if (x.may_be_unstable || std::ranges::none_of(near.unstable_releases, unstable)) return;
   }
-  if (!x.grasp && !near.unstable_releases.empty()) {  // the last resort
-    const int n = static_cast<int>(near.unstable_releases.size());
-    x.release = {near.unstable_releases[static_cast<std::size_t>(random.index(n))], true};
-    x.grasp = true;
-  }
-  if (!x.grasp) x.cannot_release = x.near;
+  x.release.may_be_unstable = true;  // the last resort
 }
 
 bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& random, ThreadScratch& scratch, Node& node) const {
@@ -34,7 +25,6 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
                          x.choose};
   const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, regrasp, x.totals.regrasps);
   static_cast<Work&>(x.totals) += regrasp;
-  x.release_failed = regrasp.stuck;
   x.release_unstable = regrasp.unstable && !x.release.may_be_unstable;
   node.unstable = regrasp.unstable;
   node.edge = SegmentKind::Regrasp;

@@ -11,7 +11,7 @@ class ContactChange {
       : setting_(setting), models_(models), extend_(extend) {}
 
   /// Where a regrasp starts, and the branches that let go. A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from
-  /// where the first one started. Where the object does not stay when branches let go, others are drawn; where it never does, push instead.
+  /// where the first one started. Branches that leave the objects stable are preferred.
   void choose(const Tree& tree, Expansion& x, core::Random& random) const;
   bool try_edge(const Tree& tree, Expansion& x, core::Random& random, ThreadScratch& scratch, Node& node) const;
 

@@ -41,9 +41,7 @@ struct Expansion {
   bool rejected = false;          ///< it is too far from q to build on
   bool may_be_unstable = false;   ///< a release, since hardly any is stable
   Release release;                ///< of a regrasp
-  bool release_failed = false;    ///< its branches cannot let go of the object at `near`
-  bool release_unstable = false;  ///< or not without leaving it unstable
-  int cannot_release = -1;        ///< a node at which no branches can
+  bool release_unstable = false;  ///< its branches cannot let go of the object at `near` without leaving it unstable
   Eigen::VectorXd command;        ///< that `near` was extended to (n_a); empty: it was not
   std::vector<Node> chain;        ///< new nodes, each the parent of the next
   int broken = 0;                 ///< edges given up at the end of the chain

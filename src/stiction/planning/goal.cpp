@@ -47,14 +47,6 @@ Eigen::Quaterniond project_rotation(const Eigen::Quaterniond& q, const Eigen::Ve
   return best;
 }
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-
-/// Displacement and rotation vector from one pose to another, in the world [m, rad].
-Vector6d pose_error(const world::Pose& from, const world::Pose& to) {
-  const Eigen::AngleAxisd turn(to.R * from.R.transpose());
-  return (Vector6d() << to.p - from.p, turn.angle() * turn.axis()).finished();
-}
-
 /// It looks the same however it is turned about the centre of its mass.
 bool is_ball(const world::ObjectSpec& object) {
   return object.joint == ObjectJoint::Free && !object.geometries.empty() &&
@@ -62,21 +54,6 @@ bool is_ball(const world::ObjectSpec& object) {
            const auto* ball = std::get_if<world::Sphere>(&geometry.shape);
            return ball != nullptr && (geometry.X_BG.p - object.p_BCom).norm() <= 1e-6 * ball->radius;
          });
-}
-
-/// D_pose_q by central differences along the given coordinates.
-Eigen::MatrixXd pose_jacobian(const world::Model& model, const Eigen::VectorXd& q, int object, const std::vector<int>& dofs) {
-  constexpr double kStep = 1e-5;
-  Eigen::MatrixXd J(6, static_cast<Eigen::Index>(dofs.size()));
-  Eigen::VectorXd moved(q.size());
-  const auto pose_at = [&](int dof, double step) {
-    world::retract(model, q, step * Eigen::VectorXd::Unit(model.n_v(), dof), moved);
-    return world::object_pose(model, moved, object);
-  };
-  for (std::size_t i = 0; i < dofs.size(); ++i) {
-    J.col(static_cast<Eigen::Index>(i)) = pose_error(pose_at(dofs[i], -kStep), pose_at(dofs[i], kStep)) / (2 * kStep);
-  }
-  return J;
 }
 
 }  // namespace
@@ -164,32 +141,6 @@ GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goa
     error.angle = std::max(error.angle, angle);
   }
   return error;
-}
-
-Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {
-  Eigen::VectorXd out = q;
-  if (goal.region) {
-    project(model, *goal.region, out.head(model.n_qu()));
-    return out;
-  }
-  constexpr int kIterations = 10;
-  std::vector<int> dofs;  // of the object and those that it hangs on
-  for (int o = goal.object; o >= 0; o = model.objects()[static_cast<std::size_t>(o)].parent) {
-    const auto& object = model.objects()[static_cast<std::size_t>(o)];
-    for (int i = 0; i < object.n_v; ++i) dofs.push_back(object.v_begin + i);
-  }
-  const Eigen::VectorXd scale =
-      (Vector6d() << Eigen::Vector3d::Constant(1 / goal.tol_position), Eigen::Vector3d::Constant(1 / goal.tol_angle)).finished();
-  for (int k = 0; k < kIterations; ++k) {
-    const Vector6d e = scale.cwiseProduct(pose_error(world::object_pose(model, out, goal.object), goal.X_WG));
-    const Eigen::VectorXd change =
-        (scale.asDiagonal() * pose_jacobian(model, out, goal.object, dofs)).completeOrthogonalDecomposition().solve(e);
-    Eigen::VectorXd delta = Eigen::VectorXd::Zero(model.n_v());
-    for (std::size_t i = 0; i < dofs.size(); ++i) delta[dofs[i]] = change[static_cast<Eigen::Index>(i)];
-    world::retract(model, out, delta, out);
-    if (change.norm() < 1e-12) break;
-  }
-  return out;
 }
 
 PathTolerances path_tolerances(const world::Model& model, const Goal& goal) {

@@ -17,12 +17,10 @@ enum class Mechanism : unsigned {
   Preload,         ///< pushes start with what is left of the grip (P.11)
   GraspChoice,     ///< of many postures that touch, those with the best local models are simulated
   StableReleases,  ///< objects must stay with gravity aside while branches let go
-  NoiseReplay,     ///< a path to the goal must stand small errors of commands
   Restarts,        ///< a tree that stalls makes room for a new one
   SlipperyTrees,   ///< every second tree plans with less friction
 };
-inline constexpr std::array<std::string_view, 10> kMechanismNames = {"frontier", "chains",        "sharpening",      "force_cones",
-                                                                     "preload",  "grasp_choice",  "stable_releases", "noise_replay",
-                                                                     "restarts", "slippery_trees"};
+inline constexpr std::array<std::string_view, 9> kMechanismNames = {
+    "frontier", "chains", "sharpening", "force_cones", "preload", "grasp_choice", "stable_releases", "restarts", "slippery_trees"};
 
 }  // namespace stiction::planning

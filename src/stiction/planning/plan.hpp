@@ -71,11 +71,6 @@ struct GoalError {
 };
 GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal);
 
-/// The configuration near q in which goal_error() is least: of the objects and those that they hang on, the others stay. Gauss–Newton on the pose;
-/// projected on a region.
-/// @param q  near the goal (n_q)
-Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const Goal& goal);
-
 /// How far from a path counts as one tolerance: the tolerances of the goal. Where the goal leaves the rotation of its objects free, an angle counts for the way
 /// that it moves the surface of the object, and of a ball not at all.
 struct PathTolerances {

@@ -15,7 +15,6 @@ enum class Activity : unsigned {
   LocalModels,   ///< smoothed steps with B at new nodes
   HalfSteps,     ///< edges at half their sub-steps
   Disturbances,  ///< pushes with objects off, gravity aside and less friction (margins)
-  NoiseReplay,   ///< paths to the goal with errors of commands
   LettingGo,     ///< branches let go and back off
   Stability,     ///< objects with gravity aside while branches are away
   GraspSamples,  ///< postures in contact
@@ -25,8 +24,8 @@ enum class Activity : unsigned {
   Grasping,      ///< the motion along them, until objects rest
   Ends,          ///< settling the start, writing the plan
 };
-inline constexpr std::array<std::string_view, 15> kActivityNames = {
-    "selection", "extensions",    "pushes",       "local_models", "half_steps", "disturbances", "noise_replay", "letting_go",
+inline constexpr std::array<std::string_view, 14> kActivityNames = {
+    "selection", "extensions",    "pushes",       "local_models", "half_steps", "disturbances", "letting_go",
     "stability", "grasp_samples", "grasp_models", "grasp_trials", "paths",      "grasping",     "ends"};
 
 /// Processor time by activity, of one thread or of several.

@@ -15,25 +15,18 @@ struct RefineOptions {
   std::vector<double> clearances = {0.2, 0.1, 0.05, 0.02};
   bool drop_pushes = true;  ///< pushes that move no object are left out and the regrasps around them become one
   bool cut_tails = true;    ///< what follows the last motion of the objects in a push is left out
-  bool rest = true;         ///< commands of a push are held at its end until the objects rest in the model as well
   double h = 0.02;          ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
-  /// A push that ends farther than this from the plan, in tolerances of the goal, is led back by feedback; the last one to the goal itself, > 0.
-  double miss = 0.2;
-  int mpc_iterations = 4;  ///< of iMPC, ≥ 0
-  int extensions = 300;    ///< of searches for what is left of a plan where small steps leave it, in one trial, ≥ 0; 0: none
-  bool reconnect = true;   ///< regrasps are planned anew; without it they are kept as they are
-  void validate() const;   ///< @throws core::InvalidInput naming the field
+  int extensions = 300;     ///< of searches for what is left of a plan where small steps leave it, in one trial, ≥ 0; 0: none
+  bool reconnect = true;    ///< regrasps are planned anew; without it they are kept as they are
+  void validate() const;    ///< @throws core::InvalidInput naming the field
 };
 
 struct RefineResult {
   core::Status status = core::Status::NumericalFailure;
   Plan plan;
   std::string variant;  ///< what was done: "refined" or "unchanged"
-  bool rests = false;   ///< pushes end at rest
   int pushes_before = 0, pushes = 0;
   int regrasps_before = 0, regrasps = 0;
-  int led = 0;                ///< pushes with feedback (E.6)
-  int corrected = 0;          ///< pushes whose commands iMPC changed
   int rest_planned_anew = 0;  ///< searches for what was left, up to the one that was followed to the goal
   int reconnected = 0;        ///< regrasps that were planned anew; the others replay the commands of the plan
   long knots_before = 0, knots = 0;
@@ -48,7 +41,7 @@ struct RefineResult {
 /// nothing are dropped, motionless tails cut, and the robot goes from where one push leaves it to where the next one starts: it lets go, keeps the largest of the
 /// clearances for which there is a path, and touches nothing before it arrives (find_path). Everything is simulated anew with the exact dynamics.
 ///
-/// Pushes are followed in steps of `h`, with feedback and iMPC where they end elsewhere; where a push still misses, the rest is planned anew. The refined plan
+/// Pushes are followed in steps of `h`, until their objects rest; where a push misses its place, the rest is planned anew. The refined plan
 /// counts only if the goal is reached at the sub-step and at half of it; else the plan is handed back as it was.
 /// @param plan     in sub-steps, with real regrasps, at its goal
 /// @param options  those that the plan was made with

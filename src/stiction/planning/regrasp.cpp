@@ -228,7 +228,6 @@ std::optional<RegraspSimulation> let_go(const Setting& setting, const RegraspSiz
 bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Release& release,
                  const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts) {
   static_cast<Work&>(out) = {};
-  out.stuck = true;
   out.unstable = false;
   out.knots.clear();
   ++counts.tried;
@@ -240,7 +239,6 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
       .pace = substeps(setting), .clearance = setting.thresholds.clearance, .most = {kUnlimited, kUnlimited, kMostPress}};
   auto run = let_go(setting, sizes, q, u, release.moved, scratch, out, counts);
   if (!run) return false;
-  out.stuck = false;
   out.unstable = setting.options.uses(Mechanism::StableReleases) && !run->is_stable();
   if (out.unstable && !release.may_be_unstable) {
     ++counts.unstable;

@@ -74,7 +74,6 @@ struct Release {
 /// A regrasp that was simulated and holds.
 struct Regrasp : Work {
   std::vector<dynamics::Knot> knots;  ///< at full friction
-  bool stuck = false;                 ///< the drawn branches cannot let go of the object at this node: no sample can help
   bool unstable = false;              ///< meanwhile an object would not stay with gravity aside
 };
 

@@ -20,8 +20,6 @@ namespace threshold {
 inline constexpr double kStep = 0.1;             ///< time step of the search [s]
 inline constexpr double kFidelityEdge = 0.15;    ///< whole and half sub-steps agree on an edge up to this [tolerances]
 inline constexpr double kFidelityPath = 0.8;     ///< … and on the whole path up to this [tolerances]
-inline constexpr double kCommandNoise = 1e-6;    ///< error of commands that a path to the goal stands [rad, L of the robots]
-inline constexpr double kNoiseGrowth = 0.05;     ///< … and how far they may take objects meanwhile [tolerances]
 inline constexpr double kRestMove = 1e-4;        ///< objects rest when they move less than this in a step of kStep [L of the robots] …
 inline constexpr double kRestTurn = 1e-5;        ///< … and turn less than this [rad]
 inline constexpr double kMotionless = 0.01;      ///< a push that moves no object farther than this [L of the robots] …
@@ -41,7 +39,7 @@ inline constexpr int kMostHeld = 20;           ///< steps for which a command is
 inline constexpr int kCandidates = 32;         ///< postures in contact that are drawn for a regrasp …
 inline constexpr int kTrials = 4;              ///< … and how many of the most promising are simulated
 inline constexpr long kStableReleases = 20;    ///< where fewer than one in so many releases is stable, a search takes unstable ones as well
-inline constexpr int kBranchDraws = 30;        ///< draws of branches, until some may be able to let go
+inline constexpr int kBranchDraws = 30;        ///< draws of branches, until some may leave the objects stable
 inline constexpr double kGraspProbability = 0.3;  ///< share of the expansions that change contacts
 
 // ---- search
@@ -69,13 +67,10 @@ inline constexpr long kPatience = 4;           ///< a search for a cheaper path 
 inline constexpr long kLeastPatience = 1000;   ///< … or so many
 
 // ---- refinement
-inline constexpr double kFarOff =
-    0.5;  ///< a push that ends farther than this from its place is for iMPC; a regrasp may leave objects this far from where they are wanted [tolerances]
-inline constexpr double kLost = 2;      ///< … and is given up [tolerances]
-inline constexpr double kStrayed = 4;   ///< on its way a push is given up farther away than this [tolerances]
+inline constexpr double kFarOff = 0.5;  ///< a regrasp may leave objects this far from where they are wanted [tolerances]
+inline constexpr double kLost = 2;      ///< a push that ends farther than this from its place is given up [tolerances]
+inline constexpr double kStrayed = 4;   ///< … and on its way farther away than this [tolerances]
 inline constexpr double kAgree = 0.45;  ///< a search for what is left starts where whole and half sub-steps agree up to this [tolerances]
-inline constexpr double kFeedback = 0.01;     ///< γ of (E.6)
-inline constexpr double kMostFeedback = 0.3;  ///< change of a command by feedback, as a share of what a sub-step may
 inline constexpr double kMovedBranch =
     5e-3;  ///< a branch whose posture differs by more than this between two pushes has moved [rad, L of the robots]
 

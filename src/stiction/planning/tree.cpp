@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "stiction/planning/thresholds.hpp"
 
@@ -39,8 +38,7 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   const int i = size();
   const Eigen::VectorXd q_u = node.q.head(q_goal.size());
   nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
-  const double d = of_goal_.empty() ? nearest_.distance(i, q_goal.data()) : nearest_.distance(i, q_goal.data(), of_goal_);
-  effort_.push_back(std::sqrt(d) / threshold::kLength);
+  effort_.push_back(std::sqrt(nearest_.distance(i, q_goal.data(), of_goal_)) / threshold::kLength);
   by_metric_.add(q_u, effort_.back(), visited);
   pushes_.add(q_u, node.goal_distance, false);
   regrasps_.add(q_u, node.goal_distance, false);
@@ -52,17 +50,6 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   added.local.L_inv.resize(0, 0);
   if (best_ < 0 || added.goal_ratio < (*this)[best_].goal_ratio) best_ = i;
   return i;
-}
-
-int Tree::nearest(const NearestPoints& points, const Eigen::VectorXd& q_u, const std::vector<int>& v) {
-  int best = -1;
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < points.size(); ++i) {
-    if (points.removed(i)) continue;
-    const double d = points.distance(i, q_u.data(), v);
-    if (d < least) least = d, best = i;
-  }
-  return best;
 }
 
 void Tree::set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance) {
@@ -80,34 +67,10 @@ void Tree::find_best() {
   }
 }
 
-void Tree::set_cannot_release(int i) {
-  nodes_[static_cast<std::size_t>(i)].cannot_release = true;
-  places_.remove(i);
-}
-
-void Tree::remove(int i) {
+void Tree::prune(int i) {
   nearest_.remove(i);
   places_.remove(i);
-}
-
-void Tree::prune(int i) {
-  remove(i);
   if (i == best_) find_best();
-}
-
-int Tree::prune_subtree(int i) {
-  std::vector<char> behind(nodes_.size(), 0);
-  behind[static_cast<std::size_t>(i)] = 1;
-  int n = 0;
-  for (int k = i; k < size(); ++k) {  // parents come before their children
-    const int parent = (*this)[k].parent;
-    if (k > i && (parent < 0 || behind[static_cast<std::size_t>(parent)] == 0)) continue;
-    behind[static_cast<std::size_t>(k)] = 1;
-    n += !pruned(k);
-    remove(k);
-  }
-  find_best();
-  return n;
 }
 
 int Tree::take_by_metric() {
@@ -117,8 +80,7 @@ int Tree::take_by_metric() {
 int Tree::take_by_place(bool grasp) {
   const auto distance = [this](int i) { return (*this)[i].goal_distance; };
   if (!grasp) return pushes_.take([this](int i) { return !pruned(i); }, distance);
-  return regrasps_.take([this](int i) { return !pruned(i) && (*this)[i].edge != SegmentKind::Regrasp && !(*this)[i].cannot_release; },
-                        distance);
+  return regrasps_.take([this](int i) { return !pruned(i) && (*this)[i].edge != SegmentKind::Regrasp; }, distance);
 }
 
 std::vector<int> Tree::path_to(int i) const {

@@ -46,15 +46,13 @@ struct Node {
   EdgeReplay replay{};                                ///< empty until asked for
   double cost = 0;                                    ///< of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};               ///< commands of extensions from here (n_a each)
-  std::vector<world::ChainMask> failed_releases{};    ///< branches that cannot let go of the object together
-  std::vector<world::ChainMask> unstable_releases{};  ///< branches that can, but leave it unstable
-  bool cannot_release = false;                        ///< none can
+  std::vector<world::ChainMask> unstable_releases{};  ///< branches that leave the object unstable when they let go
 };
 
 /// The sub-steps of an edge become those of its node, and the last one its state.
 void set_edge(const std::vector<dynamics::Knot>& knots, const world::Model& model, Node& node);
 
-/// Nodes, and which one is extended next. No choice scans all nodes, but those that leave other objects where they are.
+/// Nodes, and which one is extended next.
 class Tree {
  public:
   /// @param weights  w of the distance Σ wᵢ eᵢ² between objects, in tolerances of the goal (n_v)
@@ -74,44 +72,35 @@ class Tree {
   const Node& operator[](int i) const { return nodes_[static_cast<std::size_t>(i)]; }
 
   /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8).
-  int nearest(const Eigen::VectorXd& q_u) const { return nearest_.nearest(q_u.data()); }
+  /// @param v  coordinates of some of the objects (tangent), wherever the others are; empty: of all
+  int nearest(const Eigen::VectorXd& q_u, const std::vector<int>& v = {}) const { return nearest_.nearest(q_u.data(), v); }
 
-  /// The node whose objects are nearest to q_u, in tolerances of the goal: where a change of contacts towards q_u starts. It is none itself, and can let
-  /// go. −1 when there is none.
-  int nearest_place(const Eigen::VectorXd& q_u) const { return places_.nearest(q_u.data()); }
-
-  /// The same two for some of the objects, wherever the others are: by all nodes. @param v  coordinates of these (tangent)
-  int nearest(const Eigen::VectorXd& q_u, const std::vector<int>& v) const { return nearest(nearest_, q_u, v); }
-  int nearest_place(const Eigen::VectorXd& q_u, const std::vector<int>& v) const { return nearest(places_, q_u, v); }
+  /// The node whose objects are nearest to q_u, in tolerances of the goal: where a change of contacts towards q_u starts. It is none
+  /// itself. −1 when there is none. @param v  as above
+  int nearest_place(const Eigen::VectorXd& q_u, const std::vector<int>& v = {}) const { return places_.nearest(q_u.data(), v); }
 
   /// The node of the frontier whose push, by its local metric, comes nearest to the goal; −1 when there is none.
   int take_by_metric();
   /// The node of the frontier whose objects are nearest to the goal, for a push or a change of contacts; −1 when there is none. What a change of contacts
-  /// starts from is no change of contacts itself, and can let go.
+  /// starts from is none itself.
   int take_by_place(bool grasp);
   /// The node nearest to the goal that is not pruned.
   int best() const { return best_; }
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
-  void add_failed_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
   void add_unstable_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].unstable_releases.push_back(branches); }
-  void set_cannot_release(int i);
   /// Where the path to a node leads at half steps, and how far the node is from the goal by that.
   void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance);
 
   /// Takes a node out of every later search; it must have no children.
   void prune(int i);
   bool pruned(int i) const { return nearest_.removed(i); }
-  /// The same for a node and all behind it. @returns their number
-  int prune_subtree(int i);
 
   /// Node indices from the root to i.
   std::vector<int> path_to(int i) const;
 
  private:
-  static int nearest(const NearestPoints& points, const Eigen::VectorXd& q_u, const std::vector<int>& v);
   void find_best();
-  void remove(int i);
 
   std::vector<Node> nodes_;
   NearestPoints nearest_, places_;  // by the metric of each node; by the distance of objects

@@ -110,10 +110,8 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
 
 int TreeSearch::find_near(const Expansion& x) const {
   const std::vector<int> v = x.aim.empty() ? std::vector<int>{} : flagged(x.counted);
-  int near = -1;
-  if (x.at_place) near = v.empty() ? tree_.nearest_place(x.subgoal) : tree_.nearest_place(x.subgoal, v);
-  if (near < 0) near = v.empty() ? tree_.nearest(x.subgoal) : tree_.nearest(x.subgoal, v);  // (3.8)
-  return near;
+  const int near = x.at_place ? tree_.nearest_place(x.subgoal, v) : -1;
+  return near >= 0 ? near : tree_.nearest(x.subgoal, v);  // (3.8)
 }
 
 void TreeSearch::aim(Expansion& x, core::Random& random, ThreadScratch& scratch) const {
@@ -150,9 +148,7 @@ int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
   totals_ += x.totals;
   if (x.totals.regrasps.tried > x.totals.regrasps.accepted) refused_[x.near] += x.totals.regrasps;
   if (x.refined >= 0 && !scratch.stop()) record_verdict(x);  // else it may have come to nothing for want of time
-  if (x.release_failed) tree_.add_failed_release(x.near, x.release.moved);
   if (x.release_unstable) tree_.add_unstable_release(x.near, x.release.moved);
-  if (x.cannot_release >= 0) tree_.set_cannot_release(x.cannot_release);
   totals_.distrusted += x.broken;
   if (x.command.size() > 0) tree_.add_tried(x.near, std::move(x.command));
   int parent = x.near;
@@ -252,15 +248,6 @@ void TreeSearch::set_replay(int i, EdgeReplay replay) {
 
 bool TreeSearch::reaches_goal(int node, ThreadScratch& scratch) {
   if (tree_[node].edge == SegmentKind::Regrasp || setting_.goal.ratio(tree_[node].q) > setting_.options.tolerance_fraction) return false;
-  if (!verify_at_goal(node, scratch)) return false;
-  if (!setting_.options.uses(Mechanism::NoiseReplay)) return true;
-  // A plan that rests on the sixth digit of a command is none. Everything behind the edge that went elsewhere leaves the search.
-  const int end = verifier_.follow_with_noise(tree_, tree_.path_to(node), scratch, totals_);
-  if (end != kOnPath && !scratch.stop()) totals_.distrusted += tree_.prune_subtree(end);
-  return end == kOnPath;
-}
-
-bool TreeSearch::verify_at_goal(int node, ThreadScratch& scratch) {
   EdgeReplay replay = tree_[node].replay;
   bool holds = true;
   if (replay.empty() && tree_[node].parent >= 0) {

@@ -22,7 +22,7 @@ class TreeSearch {
   Expansion draw();
   /// Alg. 2, Nearest and Extend, or a contact sample of 3.4.3; with its replay at half steps. Changes nothing of the tree.
   void expand(Expansion& x, ThreadScratch& scratch) const;
-  /// At the goal at both resolutions, from all disturbed starts, and with errors of commands. A regrasp serves nothing at the end.
+  /// At the goal at both resolutions, and from all disturbed starts. A regrasp serves nothing at the end.
   bool reaches_goal(int node, ThreadScratch& scratch);
   /// Alg. 2, AddNode. @returns the node at which the goal is reached and the path holds, or −1
   int insert(Expansion& x, ThreadScratch& scratch);
@@ -56,7 +56,6 @@ class TreeSearch {
   /// Node::goal_ratio and goal_distance: of the farther of the two resolutions, once both are known.
   std::pair<double, double> how_far(const Eigen::VectorXd& q, const EdgeReplay& replay) const;
   void set_replay(int i, EdgeReplay replay);
-  bool verify_at_goal(int node, ThreadScratch& scratch);
 
   const Setting& setting_;
   const Eigen::VectorXd& u_start_;

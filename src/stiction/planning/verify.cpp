@@ -46,32 +46,6 @@ bool EdgeVerifier::verify_root(const Node& root, ThreadScratch& scratch, Totals&
   return true;
 }
 
-int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const {
-  const ProfileClock::Scope scope(scratch.profile, Activity::NoiseReplay);
-  core::Random random(seed_, 0);
-  Simulation simulation(setting_, scratch, totals);
-  Trace at{.q = setting_.problem.q_start, .u = tree[0].u};
-  int astray = kOnPath;
-  const auto lost = [&astray](int otherwise) { return astray == kOnPath ? otherwise : astray; };
-  for (const int i : path) {
-    const Node& node = tree[i];
-    std::vector<Eigen::VectorXd> commands = commands_of(node.commands);
-    for (Eigen::VectorXd& command : commands) {
-      for (int j = 0; j < setting_.model.n_a(); ++j)
-        command[j] += setting_.model.scales().joint(j) * random.uniform(-threshold::kCommandNoise, threshold::kCommandNoise);
-    }
-    at.started = false;  // what an edge starts in is judged at the end of the one before
-    at.worst = {};
-    const Watch watch{.most = node.edge == SegmentKind::Settle ? kAnything : kMostFine};
-    const bool whole =
-        simulation.follow(commands, half_steps(setting_), {}, watch, at) == Ending::Reached && simulation.ends_well(watch, at);
-    const bool held = whole && setting_.goal.share_of_tolerances(node.replay.q_fine, at.q) <= threshold::kNoiseGrowth;
-    if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
-    if (!whole) return lost(path.back());
-  }
-  return setting_.goal.ratio(at.q) <= setting_.options.tolerance_fraction ? kOnPath : lost(path.back());
-}
-
 bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const EdgeReplay& parent_replay, ThreadScratch& scratch,
                                    Totals& totals, Eigen::MatrixXd& disturbed) const {
   if (!setting_.options.margins) return true;

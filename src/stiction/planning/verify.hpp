@@ -6,9 +6,6 @@
 
 namespace stiction::planning {
 
-/// No edge of a path: it got where it was to go.
-constexpr int kOnPath = -1;
-
 /// What an edge has to stand before others are built on it (docs/theory/verification.md).
 class EdgeVerifier {
  public:
@@ -21,9 +18,6 @@ class EdgeVerifier {
                    EdgeReplay& replay) const;
   /// The replay of a root that settles from the given start. @returns false where a half step is not solved
   bool verify_root(const Node& root, ThreadScratch& scratch, Totals& totals, EdgeReplay& replay) const;
-  /// With every command off by a random error of up to kCommandNoise, the path still reaches the goal.
-  /// @returns kOnPath: it does; else the first edge that went elsewhere, or the last one
-  int follow_with_noise(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const;
 
  private:
   /// The objects off by up to kStartNoise of the tolerances wherever a push starts, by two draws of errors either way, the same in all n-th pushes; gravity

@@ -80,32 +80,6 @@ void ObjectSpace::error(const double* from, const double* to, double* e) const {
   }
 }
 
-void ObjectSpace::make_isotropic(Eigen::Ref<Eigen::VectorXd> weights) const {
-  for (const Block& b : blocks_) {
-    if (b.joint == ObjectJoint::Free) weights.segment<3>(b.v_begin + 3).setConstant(weights.segment<3>(b.v_begin + 3).mean());
-  }
-}
-
-double ObjectSpace::chord(const double* from, const double* to, const Eigen::VectorXd& weights) const {
-  double sum = 0;
-  for (const Block& b : blocks_) {
-    const double* f = from + b.q_begin;
-    const double* t = to + b.q_begin;
-    const double* w = weights.data() + b.v_begin;
-    const auto square = [](double x) { return x * x; };
-    if (b.joint == ObjectJoint::Free) {
-      for (int i = 0; i < 3; ++i) sum += w[i] * square(t[i] - f[i]);
-      const double cosine = f[3] * t[3] + f[4] * t[4] + f[5] * t[5] + f[6] * t[6];  // of θ/2, up to its sign
-      sum += w[3] * 4 * std::max(0.0, 1 - square(cosine));
-    } else if (is_planar(b.joint)) {
-      sum += w[0] * square(t[0] - f[0]) + w[1] * square(t[1] - f[1]) + w[2] * square(wrap(t[2] - f[2]));
-    } else {
-      sum += w[0] * square(t[0] - f[0]);
-    }
-  }
-  return std::sqrt(sum);
-}
-
 Eigen::VectorXd ObjectSpace::coordinates(int object, const Pose& X_WB) const {
   const Block& b = blocks_[static_cast<std::size_t>(object)];
   if (b.joint == ObjectJoint::Free) {

@@ -29,14 +29,6 @@ class ObjectSpace {
   /// @param from, to  at least n_q() numbers each  @param e  n_v() numbers
   void error(const double* from, const double* to, double* e) const;
 
-  /// Replaces the entries of every free rotation by their mean.
-  /// @param weights  (n_v)
-  void make_isotropic(Eigen::Ref<Eigen::VectorXd> weights) const;
-
-  /// A metric of the space that is at most √(Σ weights e²), and cheap: the angle θ of a free rotation counts as 2 sin(θ/2), its chord.
-  /// @param weights  (n_v), equal over every free rotation
-  double chord(const double* from, const double* to, const Eigen::VectorXd& weights) const;
-
   /// Coordinates of one object that give it the pose X_WB; nothing is lost for free objects, others are projected.
   Eigen::VectorXd coordinates(int object, const Pose& X_WB) const;
 

@@ -18,6 +18,8 @@ namespace {
 
 /// Places of the objects that differ by less than this are one [tolerances].
 constexpr double kSamePlace = 0.05;
+/// A regrasp that leaves objects farther than this from where they are wanted is tried with less clearance as well [tolerances].
+constexpr double kNearEnough = 0.2;
 
 }  // namespace
 
@@ -26,8 +28,7 @@ Builder::Builder(Problem& problem, Scratch& scratch, RegraspOrder order)
       scratch_(scratch),
       order_(order),
       built_(problem.plan),
-      at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start}},
-      q_goal_(problem.q_goal) {
+      at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start}} {
   built_.step.h = problem.pace.step.h;
   built_.substep = problem.pace.limits;
   built_.substep.joint_angle = problem.plan.substep.joint_angle;  // of branches that move freely
@@ -53,7 +54,6 @@ bool Builder::build_from(const Eigen::VectorXd& q, const Eigen::VectorXd& u, con
 }
 
 bool Builder::build(std::vector<Push> pushes) {
-  out_.rests = problem_.refine.rest;
   sure_.push_back(here());
   for (std::size_t i = 0; i < pushes.size();) {
     if (problem_.control.stop()) return false;
@@ -115,7 +115,7 @@ std::vector<double> Builder::clearances_of(const Push& push) const {
 bool Builder::regrasp(const Push& push, std::size_t number) {
   if (!push.regrasp && !push.merged) return true;
   const double missed = std::max(problem_.miss(push.q_entry, at_.q), problem_.miss(push.q_entry, at_.fine.q));
-  const double enough = std::max(problem_.refine.miss, missed + kSamePlace), length = problem_.model.scales().robots().length;
+  const double enough = std::max(kNearEnough, missed + kSamePlace), length = problem_.model.scales().robots().length;
   std::optional<Run> best;
   for (const double clearance : clearances_of(push)) {
     Run run;
@@ -133,40 +133,14 @@ bool Builder::regrasp(const Push& push, std::size_t number) {
   return true;
 }
 
-/// A push in small steps ends elsewhere than it did in the plan: feedback on the objects where that is too far away, then iMPC. It ends at rest where that
-/// does not take it too far away. A push that misses, but brings the objects nearer the goal, is kept: what is left is planned anew.
+/// A push in small steps may end elsewhere than it did in the plan, but for the last one.
 bool Builder::push(const Push& push, bool last) {
-  const Eigen::VectorXd q_target = last ? q_goal_ : push.edges.back().knots.back().q;
-  const auto will_do = [&](const Run& run) { return last ? reaches_goal(run.end.q, run.end.fine.q) : run.missed <= threshold::kLost; };
-  std::optional<Run> nearer;
-  for (const bool rests : {true, false}) {
-    if (rests && !problem_.refine.rest) continue;
-    std::optional<Run> best = best_push(push, q_target, rests);
-    if (best && best->missed > threshold::kFarOff)
-      out_.corrected += correct_by_impc(problem_, at_, q_target, scratch_, mpc_work_, work_, *best);
-    if (best && will_do(*best)) {
-      take_push(*best);
-      return true;
-    }
-    if (best && !nearer && problem_.miss(q_goal_, best->end.q) < problem_.miss(q_goal_, at_.q) && agrees(best->end))
-      nearer = std::move(best);
-  }
-  if (nearer) take_push(*nearer);
-  return false;
-}
-
-/// Without feedback where that ends near enough, else the better one.
-std::optional<Run> Builder::best_push(const Push& push, const Eigen::VectorXd& q_target, bool rests) {
-  std::optional<Run> best;
-  for (const bool feedback : {false, true}) {
-    Run run;
-    if (!follow_push(problem_, at_, push, q_target, feedback, scratch_, work_, run)) continue;
-    if (rests && !come_to_rest(problem_, scratch_, work_, run)) continue;
-    finish(problem_, at_, q_target, scratch_, work_, run);
-    if (run.holds && (!best || run.missed < best->missed)) best = std::move(run);
-    if (best && best->missed <= problem_.refine.miss) break;
-  }
-  return best;
+  Run run;
+  if (!push_again(problem_, at_, push, scratch_, work_, run)) return false;
+  finish(problem_, at_, push.edges.back().knots.back().q, scratch_, work_, run);
+  const bool there = run.holds && (last ? reaches_goal(run.end.q, run.end.fine.q) : run.missed <= threshold::kLost);
+  if (there) take(run);
+  return there;
 }
 
 /// What is left to do, from the last place at which whole and half sub-steps agree and that no search has begun at; if that does not come to rest, from the
@@ -176,6 +150,10 @@ bool Builder::plan_anew(std::vector<Push>& pushes) {
   options.friction = problem_.plan.step.friction_scale;
   options.tolerance_fraction = std::min(options.tolerance_fraction, threshold::kAgree);
   options.anytime = false;
+  const Goal& goal = problem_.plan.goal;
+  Eigen::VectorXd q_goal;  // it follows from the pose, where that tells it
+  if (goal.region || problem_.model.objects()[static_cast<std::size_t>(goal.object)].parent >= 0)
+    q_goal = end_of(problem_.plan).head(problem_.model.n_qu());
   PlanResult rest;
   while (rest.status == Status::NumericalFailure && !sure_.empty() && extensions_ < problem_.refine.extensions &&
          !problem_.control.stop()) {
@@ -186,21 +164,14 @@ bool Builder::plan_anew(std::vector<Push>& pushes) {
     out_ = place.counts;
     options.seed = problem_.options.seed + static_cast<std::uint64_t>(++searches_);
     options.max_iterations = static_cast<int>(problem_.refine.extensions - extensions_);
-    const PlanningProblem from_here{problem_.problem.model, at_.q, problem_.plan.goal, q_goal_.head(problem_.model.n_qu())};
+    const PlanningProblem from_here{problem_.problem.model, at_.q, goal, q_goal};
     (void)plan_from(from_here, at_.u, options, problem_.control, rest);
     extensions_ += rest.iterations;
     work_ += {rest.steps, rest.failed_steps};
   }
   if (rest.status != Status::Solved || !settle(rest.plan.segments, SegmentKind::Contact)) return false;
   pushes = problem_.shortened(rest.plan);
-  q_goal_ = at_goal(problem_.model, end_of(rest.plan), problem_.plan.goal);
   return true;
-}
-
-void Builder::take_push(Run& run) {
-  out_.led += run.led;
-  out_.rests = out_.rests && run.rests;
-  take(run);
 }
 
 void Builder::take(Run& run) {

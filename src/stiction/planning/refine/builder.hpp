@@ -43,9 +43,7 @@ class Builder {
   bool regrasp(const Push& push, std::size_t number);
   std::vector<double> clearances_of(const Push& push) const;
   bool push(const Push& push, bool last);
-  std::optional<Run> best_push(const Push& push, const Eigen::VectorXd& q_target, bool rests);
   bool plan_anew(std::vector<Push>& pushes);
-  void take_push(Run& run);
   void take(Run& run);
   bool agrees(const Cursor& at) const { return problem_.miss(at.q, at.fine.q) <= threshold::kAgree; }
   bool reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine) const;
@@ -55,14 +53,12 @@ class Builder {
   RegraspOrder order_;
   Plan built_;
   Cursor at_;
-  Eigen::VectorXd q_goal_;   ///< where what is left of the plan ends
   std::vector<Place> sure_;  ///< ends of pushes and regrasps at which whole and half sub-steps agree, from where no search has begun
   int searches_ = 0;         ///< for what is left …
   long extensions_ = 0;      ///< … and theirs
   RefineResult out_;
   std::string reason_;
   Work work_;
-  double mpc_work_ = 0;
 };
 
 }  // namespace stiction::planning::refinement

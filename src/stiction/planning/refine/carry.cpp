@@ -47,7 +47,7 @@ Status run(const std::shared_ptr<const world::Model>& model, const Plan& plan, c
   if (!built) return ended();
   RefineResult refined = builder.result();
   out.plan = std::move(refined.plan);
-  out.reconnected = refined.reconnected, out.led = refined.led, out.corrected = refined.corrected;
+  out.reconnected = refined.reconnected;
   out.rest_planned_anew = refined.rest_planned_anew;
   SegmentKind before = SegmentKind::Settle;
   for (const Segment& segment : out.plan.segments) {

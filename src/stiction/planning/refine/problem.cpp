@@ -13,9 +13,7 @@ Problem::Problem(const std::shared_ptr<const world::Model>& shared, const Plan& 
       refine(refine_options),
       control(run_control),
       motion{goal, thresholds.motionless.position, thresholds.motionless.angle},
-      q_goal(at_goal(model, end_of(given), given.goal)),
       cuts(std::max(1, static_cast<int>(std::ceil(plan.step.h / refine_options.h * (1 - 1e-12))))),
-      limits(model.n_a()),
       allowed{kMostPenetration, kMostForceGap, kMostPress} {
   pace = {Pace::Kind::SubSteps, given.step, given.substep, dynamics::Overrun::Accept};
   pace.step.smoothing = dynamics::Exact{};
@@ -27,10 +25,6 @@ Problem::Problem(const std::shared_ptr<const world::Model>& shared, const Plan& 
   pace.limits.slide /= cuts;
   pace.limits.max_substeps *= cuts;
   halves = {Pace::Kind::HalfSteps, pace.step, {}, {}};
-  for (int j = 0; j < model.n_a(); ++j) {
-    const bool revolute = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;
-    limits[j] = revolute ? pace.limits.joint_angle : pace.limits.joint_travel;
-  }
 }
 
 std::vector<Push> Problem::shortened(const Plan& given) const {

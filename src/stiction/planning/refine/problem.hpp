@@ -9,7 +9,6 @@
 #include "stiction/planning/pushes.hpp"
 #include "stiction/planning/refine.hpp"
 #include "stiction/planning/simulate.hpp"
-#include "stiction/trajopt/optimize.hpp"
 
 namespace stiction::planning::refinement {
 
@@ -22,12 +21,10 @@ struct Problem : Setting {
   const RefineOptions& refine;
   const core::RunControl& control;
   const Motion motion;
-  const Eigen::VectorXd q_goal;  ///< the objects at the goal, in a whole configuration (n_q)
-  int cuts = 1;                  ///< steps for each of the plan's
-  Pace pace;                     ///< whole sub-steps, `cuts` times as short as those of the plan
-  Pace halves;                   ///< half of them
-  Eigen::VectorXd limits;        ///< of the change of the command in a sub-step (n_a) [rad or m]
-  Worst allowed;                 ///< at half sub-steps; a refined plan may be as bad as the given one
+  int cuts = 1;   ///< steps for each of the plan's
+  Pace pace;      ///< whole sub-steps, `cuts` times as short as those of the plan
+  Pace halves;    ///< half of them
+  Worst allowed;  ///< at half sub-steps; a refined plan may be as bad as the given one
 
   /// Objects that move less in a step rest.
   Allowance rest() const { return {thresholds.rest.position / cuts, thresholds.rest.angle / cuts}; }
@@ -44,11 +41,7 @@ struct Problem : Setting {
 };
 
 /// Scratch of the thread that refines.
-struct Scratch : SimulationScratch {
-  using SimulationScratch::SimulationScratch;
-  std::optional<trajopt::OptimizeWorkspace> optimizer;  ///< made when first needed
-  trajopt::OptimizeResult optimized;
-};
+using Scratch = SimulationScratch;
 
 /// Where a refinement is, at whole sub-steps and at half of them.
 struct Cursor {
@@ -62,8 +55,6 @@ struct Run {
   Cursor end{};
   bool holds = false;    ///< at half sub-steps as well
   double missed = 0;     ///< the worse of whole and half sub-steps, in tolerances of the goal
-  bool led = false;      ///< a push with feedback
-  bool rests = false;    ///< a push ends at rest
   double clearance = 0;  ///< of a regrasp that was planned anew [m]
 };
 

@@ -91,8 +91,6 @@ void RefineOptions::validate() const {
   if (clearances.empty()) core::throw_invalid("refine.clearances", "none", "at least one");
   for (const double clearance : clearances) core::require_positive("refine.clearances", clearance);
   core::require_positive("refine.h", h);
-  if (mpc_iterations < 0) core::throw_invalid("refine.mpc_iterations", std::to_string(mpc_iterations), "0 or more");
-  core::require_positive("refine.miss", miss);
   if (extensions < 0) core::throw_invalid("refine.extensions", std::to_string(extensions), "0 or more");
 }
 
