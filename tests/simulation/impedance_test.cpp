@@ -116,7 +116,11 @@ TEST(Impedance, Damping_IsCriticalForTheInertiaOfTheJoint) {
   DrivenPlant plant = drive(model);
   plant.reset(model->neutral());
   ASSERT_EQ(plant.advance(model->neutral(), 2e-4), Status::Solved);
-  const VectorXd want = Plant::make(model)->damping();
+  world::KinematicsWorkspace work(*model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(*model, model->neutral(), work, kinematics);
+  const VectorXd inertia = world::calc_joint_inertia(*model, kinematics) + Plant::make(model)->armature();
+  const VectorXd want = 2 * model->stiffness().cwiseProduct(inertia).cwiseSqrt();
   EXPECT_LT((plant.damping() - want).cwiseQuotient(want).cwiseAbs().maxCoeff(), 1e-9);
 }
 

@@ -91,7 +91,7 @@ TEST(Spring, Damping_IsCriticalInEveryPosture) {
     for (int k = 0; k < 50; ++k) {
       world::calc_kinematics(*model, q, work, kinematics);
       const Eigen::VectorXd inertia = world::calc_joint_inertia(*model, kinematics);
-      copy_to_qpos(*plant, q, data->qpos);
+      copy_to_qpos(plant->impl(), q, data->qpos);
       mj_fwdPosition(m, data.get());
       mj_fullM(m, data.get(), M.data());
       for (int j = 0; j < model->n_a(); ++j) {
