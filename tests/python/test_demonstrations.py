@@ -111,7 +111,7 @@ def test_planner_goes_on_where_the_object_is_lost(task: st.Task, write: Callable
     """Arms that close into the ball throw it out of the hand: joints have to go other ways, and the plan says from when on."""
     shown = st.read_demonstration(write(), task)
     closing = np.array([1, 0, -1, 0])
-    far = np.clip(shown.joints + 0.2 * closing * np.minimum(1, shown.time / shown.time[-1] * 4)[:, None], task.model.lower, task.model.upper)
+    far = np.clip(shown.joints + 0.5 * closing * np.minimum(1, shown.time / shown.time[-1] * 4)[:, None], task.model.lower, task.model.upper)
     done = st.repair(task, replace(shown, joints=far, commands=None))
     assert done.holds and st.check_plan(done.plan).pass_
     assert done.planned_from is not None and 0 <= done.planned_from < shown.time[-1]
