@@ -139,8 +139,8 @@ std::shared_ptr<const Plant> Plant::make(std::shared_ptr<const world::Model> mod
   impl->mujoco = compile_scene(*impl->model, options, impl->armature);
   weigh_surfaces(impl->mujoco.get());
   find_addresses(*impl);
-  const Eigen::VectorXd inertia = calc_inertia(*impl), largest = world::calc_largest_joint_inertia(*impl->model) + impl->armature;
-  impl->damping = 2 * options.damping_ratio * stiffness.cwiseProduct(inertia.tail(impl->model->n_a()).cwiseMax(largest)).cwiseSqrt();
+  const Eigen::VectorXd inertia = calc_inertia(*impl);
+  impl->damping = 2 * options.damping_ratio * stiffness.cwiseProduct(inertia.tail(impl->model->n_a())).cwiseSqrt();
   damp_objects(*impl, inertia);
   for (int j = 0; j < impl->model->n_a(); ++j) {
     impl->mujoco->actuator_biasprm[impl->actuator_id[at(j)] * mjNBIAS + 2] = -impl->damping[j];

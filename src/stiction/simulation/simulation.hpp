@@ -34,7 +34,7 @@ struct ContactOptions {
 /// What is fixed when the simulated model is made.
 struct PlantOptions {
   double timestep = 2e-4;      ///< [s]
-  double damping_ratio = 1.0;  ///< of a joint spring with the largest inertia that its joint moves in any posture, ≥ 0
+  double damping_ratio = 1.0;  ///< of a joint spring with the inertia that its joint moves at neutral(), ≥ 0
   /// Damping acts on u̇ − q̇, as in a joint impedance controller that is told velocities; false: on −q̇, so that joints lag behind their commands by D/K of the
   /// speed, each by its own.
   bool velocity_reference = false;
