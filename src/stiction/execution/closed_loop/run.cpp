@@ -155,8 +155,8 @@ class Executor {
 
   static bool is_last(const Trajectory& trajectory, const Piece& piece) { return &piece == &trajectory.pieces.back(); }
 
-  /// A piece in time, watched. @param zero  time of the run at which the trajectory began
-  bool follow(const Trajectory& trajectory, const Piece& piece, double zero) {
+  /// A piece in time, watched. @param zero  time of the run at which the trajectory began; later by what was waited
+  bool follow(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
     const double looked_back = how_.settle_time + kFollowTimes * robot_.follow_time();
     waited_ = 0;
