@@ -331,6 +331,63 @@ TEST(Run, PlantWhoseClockIsFasterOrSlower_ReachesItsGoalInItsOwnTime) {
   }
 }
 
+/// Something holds the robot for a while, so that its commands do nothing.
+class HeldRobot final : public Driver {
+ public:
+  HeldRobot(const Rig& rig, double begin, double duration)
+      : inner(rig.model, rig.problem.q_start, {}), begin_(begin), end_(begin + duration) {}
+  bool read(Measurement& out) override {
+    const bool there = inner.read(out);
+    now_ = out.time;
+    if (now_ < begin_) last_ = out.u;
+    return there;
+  }
+  bool command(VectorRef u, double period) override {
+    const bool held = now_ >= begin_ && now_ < end_;
+    return inner.command(held ? VectorRef(last_) : u, period);
+  }
+  SimulatedPlant inner;
+
+ private:
+  double begin_, end_, now_ = 0;
+  VectorXd last_;
+};
+
+/// Farthest that the plan goes from one look to the next [m].
+double largest_stride(const RunResult& run) {
+  double most = 0;
+  for (const RunPiece& piece : run.pieces) {
+    for (Eigen::Index k = 1; k < run.q_plan.cols(); ++k) {
+      if (run.times[static_cast<std::size_t>(k - 1)] <= piece.begin_s || run.times[static_cast<std::size_t>(k)] >= piece.end_s) continue;
+      most = std::max(most, (run.q_plan.col(k) - run.q_plan.col(k - 1)).norm());
+    }
+  }
+  return most;
+}
+
+TEST(Run, RobotThatIsHeld_IsWaitedForAndSoIsWhatFollows) {
+  const auto beside = [](Rig& rig) { rig.problem.q_start.tail<2>() << 1.0, 0.6; };  // it goes below the box first
+  Rig free;
+  beside(free);
+  ASSERT_EQ(free.run(), Status::Solved);
+  const RunPiece& move = free.out.pieces.at(0);
+  const double begin = 0.75 * move.begin_s + 0.25 * move.end_s;
+
+  Rig rig;
+  beside(rig);
+  HeldRobot plant(rig, begin, 0.5);
+  ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
+  EXPECT_EQ(rig.out.replans, free.out.replans);
+  EXPECT_GT(rig.out.pieces[0].end_s, move.end_s + 0.2);
+  EXPECT_LT(largest_stride(rig.out), 1.5 * largest_stride(free.out)) << "what follows begins later by as much";
+
+  Rig longer;
+  beside(longer);
+  HeldRobot stuck(longer, begin, 4);
+  ASSERT_EQ(longer.run(stuck), Status::Solved) << longer.out.message;
+  EXPECT_EQ(longer.out.plans.at(1).cause, "something held the robot up");
+}
+
 /// An object that is out of its goal for a while and comes back needs no plan, and no grip that is let go.
 TEST(Run, ObjectThatComesBackToItsGoal_IsHeldOn) {
   Rig rig(0);
