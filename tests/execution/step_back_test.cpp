@@ -43,14 +43,18 @@ double least_gap(const world::Model& model, const VectorXd& q) {
   return least;
 }
 
+/// The robot touches at q, and leaves a gap.
+void expect_gap(const world::Model& model, VectorXd q) {
+  ASSERT_NEAR(least_gap(model, q), 0, 1e-6);
+  const auto path = find_step_back(model, q);
+  ASSERT_FALSE(path.empty());
+  q.tail(model.n_a()) = path.back();
+  EXPECT_GT(least_gap(model, q), 0.09 * model.scales().robots().length);
+}
+
 TEST(StepBack, FromWhatStands_LeavesAGap) {
   const auto model = scene_of(-0.1);
-  VectorXd q = configuration(*model, 0.0);
-  ASSERT_NEAR(least_gap(*model, q), 0, 1e-6);
-  const auto path = find_step_back(*model, q);
-  ASSERT_FALSE(path.empty());
-  q.tail(model->n_a()) = path.back();
-  EXPECT_GT(least_gap(*model, q), 0.09 * model->scales().robots().length);
+  expect_gap(*model, configuration(*model, 0.0));
 }
 
 TEST(StepBack, FromWhatItHolds_OrWhatItDoesNotTouch_IsNone) {
@@ -79,11 +83,7 @@ TEST(StepBack, FromWhatAJointKeeps_LeavesAGap) {
   const auto model = slide_scene(false);
   VectorXd q = model->neutral();
   q[0] = 0.2;
-  ASSERT_NEAR(least_gap(*model, q), 0, 1e-6);
-  const auto path = find_step_back(*model, q);
-  ASSERT_FALSE(path.empty());
-  q.tail(model->n_a()) = path.back();
-  EXPECT_GT(least_gap(*model, q), 0.09 * model->scales().robots().length);
+  expect_gap(*model, q);
 }
 
 TEST(StepBack, FromAJointOfWhatWouldFall_IsNone) {

@@ -13,28 +13,15 @@ namespace {
 /// So far that an object which leaned on the robot does not touch it when it stands again [L of the smallest object].
 constexpr double kApart = 0.1;
 
-/// Gravity does not move it within its plane.
-bool lies_in_plane(const world::Scene& scene, world::ObjectJoint joint) {
-  const Eigen::Vector3d across = scene.gravity.cwiseAbs();
-  switch (joint) {
-    case world::ObjectJoint::PlanarXY:
-      return across.x() == 0 && across.y() == 0;
-    case world::ObjectJoint::PlanarYZ:
-      return across.y() == 0 && across.z() == 0;
-    case world::ObjectJoint::PlanarXZ:
-      return across.x() == 0 && across.z() == 0;
-    default:
-      return false;
-  }
-}
-
-/// Per object: a hinge, a slide or a plane keeps it where the robot leaves it. It may swing back, but it does not fall.
-std::vector<char> find_kept(const world::Model& model) {
+/// Per object: a hinge or a slide keeps it where the robot leaves it, and so does a plane in which gravity does not move it. It may swing back, but it does not fall.
+std::vector<char> find_kept(const world::Model& model, const world::Kinematics& kinematics) {
+  Eigen::VectorXd gravity(model.n_vu());
+  world::calc_gravity(model, kinematics, gravity);
   std::vector<char> kept(model.objects().size(), 0);
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const world::ObjectInfo& object = model.objects()[i];
     kept[i] = object.n_v == 1 ? object.parent < 0 || kept[static_cast<std::size_t>(object.parent)]
-                              : lies_in_plane(model.scene(), model.scene().objects[i].joint);
+                              : object.n_v == 3 && gravity.segment<3>(object.v_begin).isZero(0);
   }
   return kept;
 }
@@ -46,7 +33,7 @@ std::vector<Eigen::VectorXd> find_step_back(const world::Model& model, Eigen::Ve
   contact::GeometryWorkspace work(model);
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
   contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
-  std::vector<char> touched(model.objects().size(), 0), stands = find_kept(model);
+  std::vector<char> touched(model.objects().size(), 0), stands = find_kept(model, work.kinematics);
   world::ChainMask moving = 0;
   for (const auto& c : work.contacts) {
     if (c.phi > 2 * model.scales().contact_tolerance(c.pair)) continue;  // what leans also trembles
