@@ -13,7 +13,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// 3 mm aside, 8 mm above and rolled by 0.3 rad, with tolerances of 5 mm and 0.1 rad: what is open counts nothing.
-TEST(ShareThatCounts, IsThatOfTheCoordinatesThatTheGoalBounds) {
+TEST(ShareOff, AfterTheLastPush_IsThatOfTheCoordinatesThatTheGoalBounds) {
   const world::test::RobotFolder folder;
   const auto model = world::test::make_gripper(folder, 0.1);
   planning::Goal goal;
@@ -24,7 +24,7 @@ TEST(ShareThatCounts, IsThatOfTheCoordinatesThatTheGoalBounds) {
   const auto share = [&](const std::vector<int>& bounded) {
     goal.region = planning::GoalRegion{Eigen::VectorXd::Constant(6, -kInfinity), Eigen::VectorXd::Constant(6, kInfinity)};
     for (const int i : bounded) goal.region->lower[i] = 1;  // somewhere else: the goal is not what is measured from
-    return share_that_counts(*model, planned, q, goal);
+    return share_off(*model, planned, q, goal, true);
   };
   EXPECT_NEAR(share({2}), 1.6, 1e-6);
   EXPECT_NEAR(share({0, 1}), 0.6, 1e-6);
@@ -33,7 +33,7 @@ TEST(ShareThatCounts, IsThatOfTheCoordinatesThatTheGoalBounds) {
   EXPECT_NEAR(share({0, 5}), 0.6, 1e-6) << "the yaw is as planned";
   EXPECT_NEAR(share_between(*model, planned, q, goal), 3, 1e-6);
   goal.region.reset();
-  EXPECT_NEAR(share_that_counts(*model, planned, q, goal), 3, 1e-6);
+  EXPECT_NEAR(share_off(*model, planned, q, goal, true), 3, 1e-6);
 }
 
 }  // namespace

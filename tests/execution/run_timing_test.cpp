@@ -171,6 +171,40 @@ TEST(RunTiming, SlowerRun_IsTheSameInSlowerTime) {
   }
 }
 
+/// A cube that stands on a tray, or on the ground beside a tray that pushes it, goes there and back.
+TEST(RunTiming, WhatIsCarried_IsNotShaken) {
+  const auto model = world::Model::make(world::parse_scene(
+      "gravity: [0, 0, -9.81]\n"
+      "robots: [{name: r, mjcf: \"<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0' range='-2 2'/><inertial mass='1' "
+      "pos='0 0 0' diaginertia='1 1 1'/><body><joint name='z' type='slide' axis='0 0 1' range='-2 2'/><geom type='box' size='.1 .1 .01' "
+      "mass='1'/></body></body></worldbody><actuator><position joint='x' kp='1000'/><position joint='z' "
+      "kp='1000'/></actuator></mujoco>\"}]\n"
+      "objects: [{name: cube, joint: free, mass: 0.2, shapes: [{box: {size: [0.1, 0.1, 0.1]}}]}]\n"
+      "fixed: [{name: ground, shapes: [{half_space: {}}]}]\n",
+      "."));
+  const RunSpeeds speeds = calc_run_speeds(*model, 0);
+  const double most = 0.2 * 9.81;  // s_g g of (E.26)
+  for (const bool carried : {true, false}) {
+    planning::Plan plan;
+    plan.q_start = VectorXd::Zero(model->n_q());
+    plan.q_start.head<3>() << (carried ? 0 : 0.15), 0, (carried ? 0.56 : 0.05);
+    plan.q_start[6] = 1;
+    plan.u_start = Eigen::Vector2d(0, carried ? 0.5 : 0.05);
+    plan.q_start.tail<2>() = plan.u_start;
+    plan.segments = {{SegmentKind::Contact, {}}};
+    for (const double x : {0.3, 0.0}) {
+      VectorXd q = plan.q_start, u = plan.u_start;
+      q[0] += x, q[model->n_q() - 2] += x, u[0] += x;
+      plan.segments[0].knots.push_back({u, q, {}});
+    }
+    const double v = speeds.object, at_end = speeds.carry_jump[0], at_corner = 0.5 * at_end;
+    const double ramps = (2 * v * v - at_end * at_end - at_corner * at_corner) / (2 * most), way = 0.3;
+    const double carefully = (2 * v - at_end - at_corner) / most + (way - ramps) / v;
+    ASSERT_LT(at_end, 0.5 * v) << "or the test would say nothing";
+    EXPECT_NEAR(make_trajectory(*model, plan, speeds).duration(), 2 * (carried ? carefully : way / v), 0.01 * way / v);
+  }
+}
+
 /// A box of 1 m, a ball of 0.1 m below it.
 TEST(PushTravel, IsThatOfTheObjectAndOfWhatTouchesIt) {
   const auto model = load_model("planar_pushing");

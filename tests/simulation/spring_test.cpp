@@ -91,6 +91,25 @@ TEST(Spring, Damping_IsCriticalForTheInertiaOfTheJoint) {
   }
 }
 
+/// Damped for the inertia at zero, where it stands upright, it would swing by half of the step.
+TEST(Spring, StretchedArm_DoesNotSwing) {
+  const auto model = load_task("iiwa_bimanual");
+  SteppedPlant plant(Plant::make(model));
+  Eigen::VectorXd q = model->neutral();
+  q[model->n_qu() + 1] = q[model->n_qu() + 8] = M_PI / 2;
+  Eigen::VectorXd u = q.tail(model->n_a());
+  plant.reset(q, u);
+  constexpr double kStep = 0.1;  // [rad]
+  u[0] += kStep;
+  double farthest = 0;
+  for (int k = 0; k < 300; ++k) {
+    ASSERT_EQ(plant.advance(u, 0.01), Status::Solved) << plant.message();
+    farthest = std::max(farthest, plant.q()[model->n_qu()]);
+  }
+  EXPECT_LT(farthest, 1.02 * kStep);
+  EXPECT_NEAR(plant.q()[model->n_qu()], kStep, 0.01 * kStep) << "not slow either";
+}
+
 /// An iiwa stands upright at zero, where hardly anything resists the joint that turns it about itself.
 TEST(Spring, LargestInertia_IsThatOfNoPostureAlone) {
   const auto model = load_task("iiwa_bimanual");

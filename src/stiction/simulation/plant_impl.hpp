@@ -45,12 +45,9 @@ std::unique_ptr<mjModel, DeleteMujoco> compile_scene(const world::Model& model, 
 void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos);
 void copy_from_qpos(const Plant::Impl& plant, const mjtNum* qpos, Eigen::Ref<Eigen::VectorXd> q);
 
-/// At rest in q. Cylinders that stand on a plane are tilted by 1e-8 rad: MuJoCo looks for their lowest points along the difference of axis and normal, which
+/// At rest in q, with the mass matrix of that. Cylinders that stand on a plane are tilted by 1e-8 rad: MuJoCo looks for their lowest points along the difference of axis and normal, which
 /// is rounding alone where quasi-static steps left them, and then has them too high by up to the radius, so that the cylinder falls through the plane.
 void start_at(const Plant::Impl& plant, const VectorRef& q, mjData* data);
-
-/// u̇ → what commands have to be ahead, K_a⁻¹ D u̇, for a spring that is damped with −D q̇ to be one with D (u̇ − q̇): K_a⁻¹ D (n_a) [s], or 0.
-Eigen::VectorXd calc_lead(const Plant::Impl& plant);
 
 /// What MuJoCo said against a step, or numbers out of range; empty: nothing.
 std::string find_fault(const Plant::Impl& plant, const mjData* data, const world::MujocoReport& report, double t);

@@ -6,6 +6,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/simulation/plant_impl.hpp"
+#include "stiction/simulation/servos.hpp"
 
 namespace stiction::simulation {
 
@@ -13,10 +14,13 @@ using core::Status;
 
 struct Workspace::Impl {
   std::shared_ptr<const Plant> plant;
+  Servos servos;
   std::unique_ptr<mjData, DeleteMujoco> data;
+
+  explicit Impl(std::shared_ptr<const Plant> given) : plant(std::move(given)), servos(plant->impl()) {}
 };
 
-Workspace::Workspace(std::shared_ptr<const Plant> plant) : impl_(std::make_unique<Impl>()) { impl_->plant = std::move(plant); }
+Workspace::Workspace(std::shared_ptr<const Plant> plant) : impl_(std::make_unique<Impl>(std::move(plant))) {}
 Workspace::~Workspace() = default;
 Workspace::Workspace(Workspace&&) noexcept = default;
 
@@ -47,28 +51,28 @@ void validate(const world::Model& model, const SimulationInput& in) {
 /// u(t) + K_a⁻¹ D u̇(t), looked up forwards only: what a spring with damping −D q̇ is told to have one of D (u̇ − q̇).
 class Commands {
  public:
-  /// @param lead  K_a⁻¹ D (n_a) [s], or 0
-  Commands(const SimulationInput& in, Eigen::VectorXd lead) : in_(in), lead_(std::move(lead)) {}
+  explicit Commands(const SimulationInput& in) : in_(in) {}
 
-  double operator()(int joint, double t) {
+  /// @param lead  K_a⁻¹ D of the joint [s], or 0
+  double operator()(int joint, double t, double lead) {
     const Eigen::Index last = in_.times.size() - 1;
     while (knot_ < last && t >= in_.times[knot_ + 1]) ++knot_;
     if (knot_ == last) return in_.u(joint, last);
     const double duration = in_.times[knot_ + 1] - in_.times[knot_], change = in_.u(joint, knot_ + 1) - in_.u(joint, knot_);
-    return in_.u(joint, knot_) + (t - in_.times[knot_] + lead_[joint]) / duration * change;
+    return in_.u(joint, knot_) + (t - in_.times[knot_] + lead) / duration * change;
   }
 
  private:
   const SimulationInput& in_;
-  Eigen::VectorXd lead_;
   Eigen::Index knot_ = 0;
 };
 
 /// One simulation in progress.
 class Run {
  public:
-  Run(const Plant::Impl& plant, const SimulationInput& in, const SimulationOptions& options, mjData* data, SimulationResult& out)
-      : plant_(plant), in_(in), options_(options), d_(data), out_(out), commands_(in, calc_lead(plant)) {
+  Run(const Plant::Impl& plant, const SimulationInput& in, const SimulationOptions& options, Servos& servos, mjData* data,
+      SimulationResult& out)
+      : plant_(plant), in_(in), options_(options), servos_(servos), d_(data), out_(out), commands_(in) {
     const double h = plant.options.timestep, end = in.times[in.times.size() - 1];
     steps_ = static_cast<long>(std::ceil(end / h * (1 - 1e-12)));
     stride_ = std::max(1L, std::lround(options.record_interval / h));
@@ -108,9 +112,10 @@ class Run {
       if (options_.control != nullptr && options_.control->expired()) return Status::MaxIterations;
       // Times are counted, not summed, so that knots are met exactly.
       const double t = static_cast<double>(k) * h;
-      for (int j = 0; j < plant_.model->n_a(); ++j) d_->ctrl[plant_.actuator_id[at(j)]] = commands_(j, t);
+      servos_.damp(*d_);
+      for (int j = 0; j < plant_.model->n_a(); ++j) d_->ctrl[plant_.actuator_id[at(j)]] = commands_(j, t, servos_.lead()[j]);
       const bool last = k == steps_;
-      const auto report = world::call_mujoco([this] { mj_forward(plant_.mujoco.get(), d_); });
+      const auto report = world::call_mujoco([this] { mj_forward(servos_.mujoco(), d_); });
       if (!is_good(report)) return Status::NumericalFailure;
       for (int c = 0; c < d_->ncon; ++c) out_.max_depth = std::max(out_.max_depth, -d_->contact[c].dist);
       raise_peaks(plant_, d_, peak_);
@@ -118,7 +123,7 @@ class Run {
       if (sample) record(t);
       if (last || (sample && options_.stop && options_.stop(t, out_.q.col(static_cast<Eigen::Index>(out_.times.size()) - 1))))
         return Status::Solved;
-      const auto integrated = world::call_mujoco([this] { mj_implicit(plant_.mujoco.get(), d_); });
+      const auto integrated = world::call_mujoco([this] { mj_implicit(servos_.mujoco(), d_); });
       if (!is_good(integrated)) return Status::NumericalFailure;
       ++out_.steps;
     }
@@ -142,6 +147,7 @@ class Run {
   const Plant::Impl& plant_;
   const SimulationInput& in_;
   const SimulationOptions& options_;
+  Servos& servos_;
   mjData* d_;
   SimulationResult& out_;
   Commands commands_;
@@ -165,7 +171,7 @@ Status simulate(const Plant& plant, const SimulationInput& input, const Simulati
   } else {
     mj_resetData(m, w.data.get());
   }
-  out.status = Run(plant.impl(), input, options, w.data.get(), out).go();
+  out.status = Run(plant.impl(), input, options, w.servos, w.data.get(), out).go();
   // After an error MuJoCo's scratch is in no known state.
   if (out.status == Status::NumericalFailure) w.data.reset();
   out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();

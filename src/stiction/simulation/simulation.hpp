@@ -34,7 +34,7 @@ struct ContactOptions {
 /// What is fixed when the simulated model is made.
 struct PlantOptions {
   double timestep = 2e-4;      ///< [s]
-  double damping_ratio = 1.0;  ///< of a joint spring with the inertia that its joint moves at neutral(), ≥ 0
+  double damping_ratio = 1.0;  ///< of a joint spring with the inertia that its joint moves at the moment, ≥ 0
   /// Damping acts on u̇ − q̇, as in a joint impedance controller that is told velocities; false: on −q̇, so that joints lag behind their commands by D/K of the
   /// speed, each by its own.
   bool velocity_reference = false;
@@ -64,7 +64,7 @@ class Plant {
 
   const world::Model& model() const;
   const PlantOptions& options() const;
-  const Eigen::VectorXd& damping() const;   ///< of the joint springs (n_a) [N s/m or N m s/rad]
+  const Eigen::VectorXd& damping() const;   ///< of the joint springs at neutral() (n_a) [N s/m or N m s/rad]
   const Eigen::VectorXd& armature() const;  ///< (n_a) [kg or kg m²]
 
   struct Impl;
@@ -130,7 +130,7 @@ class Workspace {
 
 /// Simulates the commands from q0 to the last knot, in whole timesteps.
 ///
-/// M(q) v̇ + c(q, v) = τ_gravity (objects only) + K_a (u(t) − qᵃ) − D v + Σ J_cᵀ f_c ,  f_c in its friction cone.
+/// M(q) v̇ + c(q, v) = τ_gravity (objects only) + K_a (u(t) − qᵃ) − D(q) v + Σ J_cᵀ f_c ,  f_c in its friction cone.
 ///
 /// @returns Solved; NumericalFailure: MuJoCo warned (numbers out of range, contacts that did not fit), `out.message` says what;
 ///          Cancelled, MaxIterations (deadline). What was recorded until then stays in `out`.

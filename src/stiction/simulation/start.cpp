@@ -33,11 +33,10 @@ void tilt_upright_cylinders(const Plant::Impl& plant, mjData* d) {
 void start_at(const Plant::Impl& plant, const VectorRef& q, mjData* data) {
   copy_to_qpos(plant, q, data->qpos);
   tilt_upright_cylinders(plant, data);
-}
-
-Eigen::VectorXd calc_lead(const Plant::Impl& plant) {
-  if (!plant.options.velocity_reference) return Eigen::VectorXd::Zero(plant.model->n_a());
-  return plant.damping.cwiseQuotient(plant.model->stiffness());
+  const mjModel* m = plant.mujoco.get();
+  mj_kinematics(m, data);
+  mj_comPos(m, data);
+  mj_makeM(m, data);
 }
 
 /// MuJoCo counts its warnings in the data, whether or not it also says them.

@@ -9,6 +9,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/simulation/plant_impl.hpp"
+#include "stiction/simulation/servos.hpp"
 
 namespace stiction::simulation {
 
@@ -20,37 +21,38 @@ std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 struct SteppedPlant::Impl {
   std::shared_ptr<const Plant> plant;
+  Servos servos;
   std::unique_ptr<mjData, DeleteMujoco> data;
-  Eigen::VectorXd lead, q, v, u, peak;
+  Eigen::VectorXd q, v, u, peak;
   std::vector<Push> pushes;
   long steps = 0;
   double largest_effort = 0, max_depth = 0;
   std::string message;
 
-  explicit Impl(std::shared_ptr<const Plant> given)
-      : plant(std::move(given)), data(mj_makeData(plant->impl().mujoco.get())), lead(calc_lead(plant->impl())) {}
+  explicit Impl(std::shared_ptr<const Plant> given) : plant(std::move(given)), servos(plant->impl()), data(mj_makeData(servos.mujoco())) {}
 
   double timestep() const { return plant->options().timestep; }
 
   /// One timestep with the commands u that move at u̇.
   bool step(const Eigen::VectorXd& commands, const Eigen::VectorXd& rate) {
     const Plant::Impl& p = plant->impl();
-    for (Eigen::Index j = 0; j < commands.size(); ++j) data->ctrl[p.actuator_id[at(j)]] = commands[j] + lead[j] * rate[j];
+    servos.damp(*data);
+    for (Eigen::Index j = 0; j < commands.size(); ++j) data->ctrl[p.actuator_id[at(j)]] = commands[j] + servos.lead()[j] * rate[j];
     const auto good = [&](const world::MujocoReport& report) {
       message = find_fault(p, data.get(), report, static_cast<double>(steps) * timestep());
       return message.empty();
     };
     auto forward = [&] {
       if (!pushes.empty()) {
-        mj_kinematics(p.mujoco.get(), data.get());
-        mj_comPos(p.mujoco.get(), data.get());
+        mj_kinematics(servos.mujoco(), data.get());
+        mj_comPos(servos.mujoco(), data.get());
         apply_pushes(p, pushes, data.get());
       }
-      mj_forward(p.mujoco.get(), data.get());
+      mj_forward(servos.mujoco(), data.get());
     };
     if (!good(world::call_mujoco(forward))) return false;
     watch();
-    if (!good(world::call_mujoco([&] { mj_implicit(p.mujoco.get(), data.get()); }))) return false;
+    if (!good(world::call_mujoco([&] { mj_implicit(servos.mujoco(), data.get()); }))) return false;
     ++steps;
     return true;
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "stiction/world/scales.hpp"
+
 namespace stiction::execution {
 namespace {
 
@@ -13,23 +15,21 @@ constexpr double kStill = 0.1;
 /// Windows that are looked back at most.
 constexpr double kLongest = 8;
 
-}  // namespace
-
-double share_between(const world::Model& model, int object, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
-                     const planning::Goal& goal) {
+double share_of(const planning::PathTolerances& most, const world::Model& model, int object, const Eigen::VectorXd& q0,
+                const Eigen::VectorXd& q1) {
   const world::Pose X0 = world::object_pose(model, q0, object), X1 = world::object_pose(model, q1, object);
-  const planning::PathTolerances most = planning::path_tolerances(model, goal);
   return std::max((X0.p - X1.p).norm() / most.position, Eigen::Quaterniond(X0.R).angularDistance(Eigen::Quaterniond(X1.R)) / most.angle);
 }
 
-double share_between(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal) {
-  double share = 0;
-  for (const int object : planning::goal_objects(model, goal)) share = std::max(share, share_between(model, object, q0, q1, goal));
-  return share;
+/// The tolerances of the goal, and no less than what plans leave to objects that are let go.
+planning::PathTolerances tolerances_of_pushes(const world::Model& model, int object, const planning::Goal& goal) {
+  const planning::PathTolerances of_goal = planning::path_tolerances(model, goal);
+  return {std::max(of_goal.position, world::share::kRelease * model.scales().object(object).length),
+          std::max(of_goal.angle, world::share::kReleaseAngle)};
 }
 
+/// Of the coordinates alone that the goal bounds.
 double share_that_counts(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal) {
-  if (!goal.region) return share_between(model, q0, q1, goal);
   planning::Goal there = goal;
   for (std::size_t o = 0; o < model.objects().size(); ++o) {
     const auto& object = model.objects()[o];
@@ -41,7 +41,31 @@ double share_that_counts(const world::Model& model, const Eigen::VectorXd& q0, c
       if (std::isfinite(lower) || std::isfinite(upper)) lower = upper = at[i];
     }
   }
-  return planning::goal_error(model, q1, there).share(goal);
+  const planning::GoalError error = planning::goal_error(model, q1, there);
+  const planning::PathTolerances most = tolerances_of_pushes(model, goal.object, goal);
+  return std::max(error.position / most.position, error.angle / most.angle);
+}
+
+}  // namespace
+
+double share_between(const world::Model& model, int object, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
+                     const planning::Goal& goal) {
+  return share_of(planning::path_tolerances(model, goal), model, object, q0, q1);
+}
+
+double share_between(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal) {
+  double share = 0;
+  for (const int object : planning::goal_objects(model, goal)) share = std::max(share, share_between(model, object, q0, q1, goal));
+  return share;
+}
+
+double share_off(const world::Model& model, const Eigen::VectorXd& q_plan, const Eigen::VectorXd& q, const planning::Goal& goal,
+                 bool last_push) {
+  if (last_push && goal.region) return share_that_counts(model, q_plan, q, goal);
+  double share = 0;
+  for (const int object : planning::goal_objects(model, goal))
+    share = std::max(share, share_of(tolerances_of_pushes(model, object, goal), model, object, q_plan, q));
+  return share;
 }
 
 void ObjectWatch::add(double time, const Eigen::VectorXd& q) {
@@ -102,7 +126,7 @@ double share_off_path(const world::Model& model, const Trajectory& trajectory, d
   double least = std::numeric_limits<double>::infinity();
   for (double t = end;; t -= interval) {
     interpolate(model, trajectory, std::max(t, begin), planned);
-    least = std::min(least, last_push ? share_that_counts(model, planned, q, goal) : share_between(model, planned, q, goal));
+    least = std::min(least, share_off(model, planned, q, goal, last_push));
     if (t <= begin) return least;
   }
 }

@@ -14,8 +14,11 @@ double share_between(const world::Model& model, int object, const Eigen::VectorX
 /// The same of the objects of the goal, the largest.
 double share_between(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal);
 
-/// The same of the coordinates alone that the goal bounds: after the last push of a plan nothing depends on the others.
-double share_that_counts(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal);
+/// How far they are from where a plan has them, in tolerances of its pushes: those of the goal, and no less than 0.05 L and 0.1 rad. The next push finds the
+/// objects there, however well the goal has to be met.
+/// @param last_push  coordinates count alone that the goal bounds: after the last push of a plan nothing depends on the others
+double share_off(const world::Model& model, const Eigen::VectorXd& q_plan, const Eigen::VectorXd& q, const planning::Goal& goal,
+                 bool last_push = false);
 
 /// The objects over the last looks: whether they rest, and where.
 class ObjectWatch {
@@ -54,8 +57,8 @@ class ObjectWatch {
   std::deque<Seen> seen_;
 };
 
-/// How far the objects of the goal are from where a trajectory had them at any time in [begin, end], in tolerances of the goal.
-/// @param interval  between the times that are looked at [s], > 0   @param last_push  as share_that_counts()
+/// How far the objects of the goal are from where a trajectory had them at any time in [begin, end], as share_off() has it.
+/// @param interval  between the times that are looked at [s], > 0
 double share_off_path(const world::Model& model, const Trajectory& trajectory, double begin, double end, double interval,
                       const Eigen::VectorXd& q, const planning::Goal& goal, bool last_push = false);
 

@@ -9,6 +9,7 @@
 #include "stiction/execution/closed_loop/commanded_robot.hpp"
 #include "stiction/execution/closed_loop/finger_gait.hpp"
 #include "stiction/execution/closed_loop/plan_maker.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
 namespace {
@@ -19,6 +20,8 @@ using world::Model;
 
 /// The fingers of a hand have turned an object far enough [tolerances of the goal].
 constexpr double kThereInHand = 0.85;
+/// A plan does not go on while a joint is off by more than this [rad, or L of a joint that slides].
+constexpr double kStray = 0.3;
 /// A robot that does not catch up with its plan within this time is held up by something [s].
 constexpr double kLongestWait = 2;
 /// Of objects that rest on what stops them, those lag behind their plan for some follow times.
@@ -130,7 +133,7 @@ class Executor {
     report.given_up = !held;
   }
 
-  double share_off(const Eigen::VectorXd& q_plan) const { return share_between(model_, q_plan, robot_.q(), problem_.goal); }
+  double share_off(const Eigen::VectorXd& q_plan) const { return execution::share_off(model_, q_plan, robot_.q(), problem_.goal); }
 
   /// @returns why it ended, for the next plan
   std::string carry_out(const Trajectory& trajectory) {
@@ -166,7 +169,7 @@ class Executor {
       interpolate_command(trajectory, t, u);
       interpolate(model_, trajectory, t, q_plan);
       if (!robot_.tick(u, q_plan) || robot_.is_displaced()) return false;
-      const double wait = wait_for_robot(room_at(trajectory, t), q_plan);
+      const double wait = wait_for_robot(q_plan);
       zero += wait, waited_ += wait;
       if (!robot_.looked()) continue;
       if (robot_.has_touched() || waited_ > kLongestWait) return false;
@@ -177,18 +180,17 @@ class Executor {
     return true;
   }
 
-  /// Of a tick the plan waits for a robot that is off its path by more than the room there is, and for all of it where it is off by twice the room [s].     (E.25)
-  double wait_for_robot(double room, const Eigen::VectorXd& q_plan) const {
-    const Eigen::VectorXd off = (robot_.q() - q_plan).tail(model_.n_a()).cwiseAbs().cwiseProduct(model_.reach());
-    return how_.tick * std::clamp(off.maxCoeff() / room - 1, 0.0, 1.0);
+  /// Of a tick the plan waits for a robot whose joints are not where it has them, and for all of it where they are off by twice as much [s].                (E.25)
+  double wait_for_robot(const Eigen::VectorXd& q_plan) const {
+    const Eigen::VectorXd off = (robot_.q() - q_plan).tail(model_.n_a()).cwiseAbs().cwiseQuotient(model_.scales().joints());
+    return how_.tick * std::clamp(off.maxCoeff() / kStray - 1, 0.0, 1.0);
   }
 
   /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
   bool arrive(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const Eigen::VectorXd q_end = trajectory.q.col(piece.last_knot);
     const auto off = [&](const Eigen::VectorXd& q) {
-      return off_ = is_last(trajectory, piece) ? share_that_counts(model_, q_end, q, problem_.goal)
-                                               : share_between(model_, q_end, q, problem_.goal);
+      return off_ = execution::share_off(model_, q_end, q, problem_.goal, is_last(trajectory, piece));
     };
     if (off(robot_.q()) <= kThere) return true;
     const double begin = robot_.now();

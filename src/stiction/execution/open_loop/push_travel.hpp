@@ -17,12 +17,16 @@ class PushTravel {
   /// robot that touch an object at either.
   double calc(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
 
+  /// At q0 or q1 nothing touches an object but what robots move.
+  bool is_carried(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
+
  private:
+  bool is_carried(const Eigen::VectorXd& q);
   double calc_of_objects() const;
   double calc_of_contacts(const world::Kinematics& at_end, const world::Kinematics& other);
 
   const world::Model& model_;
-  std::vector<int> pairs_;  // of what robots move with objects
+  std::vector<int> pairs_, resting_;  // of what robots move with objects; of what they do not
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics from_, to_;
   contact::Workspace contact_work_;

@@ -24,6 +24,8 @@ constexpr double kUnknownDrag = 0.3;
 constexpr double kLeastUnled = 1.0 / 16;
 /// Rest times of an object on a joint in which its speed changes.
 constexpr double kStartTimes = 4;
+/// Acceleration of what robots alone hold, beside that of gravity.
+constexpr double kCarry = 0.2;
 /// Of its effort a motor spends on the inertia of what it moves.
 constexpr double kInertiaShare = 0.5;
 
@@ -51,9 +53,7 @@ double calc_object_speed(const Model& model, int object) {
 }
 
 /// ω² = K_a/M of the joints, each with the largest inertia that it may move (n_a) [1/s²].
-Eigen::VectorXd calc_omega_squared(const Model& model) {
-  return model.stiffness().cwiseQuotient(world::calc_largest_joint_inertia(model));
-}
+Eigen::VectorXd calc_omega_squared(const Model& model) { return model.stiffness().cwiseQuotient(world::calc_largest_joint_inertia(model)); }
 
 /// A force e^(t/T) on a spring trails its command by 1/(T ω)² of itself. Of the slowest joint of a branch that is the share kCoast: what presses an object then
 /// presses it where it was planned to. Nor do they change sooner than springs that bear nothing.                                       (E.24)
@@ -91,6 +91,12 @@ void set_free_motion(const Model& model, const Eigen::VectorXd& omega_squared, R
   out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(lag);
 }
 
+/// The acceleration s g of what is carried. Critically damped springs start at 2 ω Δq̇ after a jump Δq̇ of the speed of their commands.             (E.26)
+void set_carrying(const Model& model, const Eigen::VectorXd& omega_squared, RunSpeeds& out) {
+  out.carry_acceleration = kCarry * kGravity * model.reach().cwiseInverse();
+  out.carry_jump = 0.5 * out.carry_acceleration.cwiseQuotient(omega_squared.cwiseSqrt());
+}
+
 /// Time that goes `share` times as fast: springs and inertia have less to say.
 void slow_down(double share, RunSpeeds& out) {
   out.object *= share;
@@ -100,6 +106,8 @@ void slow_down(double share, RunSpeeds& out) {
   out.spring_time /= share;
   out.acceleration *= share * share;
   out.jump *= share;
+  out.carry_acceleration *= share * share;
+  out.carry_jump *= share;
 }
 
 }  // namespace
@@ -111,6 +119,8 @@ void RunSpeeds::validate(const Model& model) const {
                                      {"speed.spring_time", &spring_time},
                                      {"speed.acceleration", &acceleration},
                                      {"speed.jump", &jump},
+                                     {"speed.carry_acceleration", &carry_acceleration},
+                                     {"speed.carry_jump", &carry_jump},
                                      {"speed.most_room", &most_room}}) {
     core::require_size(name, values->size(), model.n_a());
     for (const double v : *values) {
@@ -149,6 +159,7 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   const Eigen::VectorXd omega_squared = calc_omega_squared(model);
   out.spring_time = calc_spring_time(model, omega_squared, limits.load_time);
   set_free_motion(model, omega_squared, out);
+  set_carrying(model, omega_squared, out);
   slow_down(std::min(factor, 1.0), out);
   return out;
 }

@@ -21,7 +21,10 @@ struct RunSpeeds {
   Eigen::VectorXd acceleration;  ///< … and what joints follow in it: at this (n_a) [rad/s² or m/s²], > 0, may be infinite …
   Eigen::VectorXd jump;          ///< … with these jumps of their speed at corners (n_a) [rad/s or m/s], > 0, may be infinite
   Eigen::VectorXd most_room;     ///< motors let a joint make use of no more, at its reach (n_a) [m], > 0, may be infinite
-  double start_time = 0;         ///< in which pushes come to their speed, and to rest [s], ≥ 0
+  Eigen::VectorXd
+      carry_acceleration;  ///< of joints while robots alone hold a free object (n_a) [rad/s² or m/s²], > 0, may be infinite (E.26) …
+  Eigen::VectorXd carry_jump;                      ///< … and jumps of their speed (n_a) [rad/s or m/s], > 0, may be infinite
+  double start_time = 0;                           ///< in which pushes come to their speed, and to rest [s], ≥ 0
   void validate(const world::Model& model) const;  ///< @throws core::InvalidInput naming the field
 };
 

@@ -27,7 +27,7 @@ struct Stretch {
   double way = 0;           ///< time at f = 1 [s]
   double most = 1;          ///< f at most
   double acceleration = 0;  ///< of f at most [1/s]
-  double lag = infinite();  ///< by how much the robot may be off it [m]
+  bool carried = false;     ///< robots alone hold an object
   bool free = false;        ///< the robot touches nothing that it could move …
   Eigen::VectorXd room;     ///< … and its joints have so much room, in multiples of RunSpeeds::room (n_a)
   Eigen::VectorXd slope;    ///< du/dt at f = 1 (n_a)
@@ -55,13 +55,13 @@ bool moves_freely(const Model& model, const Trajectory& t, Eigen::Index k) {
   return ((t.u.col(k + 1) - t.u.col(k)).array() == 0 || force < least).all();
 }
 
-/// @param free    nothing is pushed, as in all of a regrasp
+/// @param free    nothing is pushed, as in all of a regrasp   @param carried  robots alone hold an object
 /// @param travel  of a push [m]   @param room  of what is free [m]
-Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, double room, const Trajectory& t, Eigen::Index k) {
+Stretch stretch_between(const RunSpeeds& speeds, bool free, bool carried, double travel, double room, const Trajectory& t, Eigen::Index k) {
   const Eigen::VectorXd u0 = t.u.col(k), u1 = t.u.col(k + 1);
   Stretch out;
   out.free = free;
-  if (free) out.lag = room;
+  out.carried = carried;
   out.room = speeds.most_room.cwiseMin(room).cwiseQuotient(speeds.most_room.cwiseMin(speeds.room));
   out.way = free ? calc_duration(u0, u1, speeds.push) : std::max(travel / speeds.object, calc_duration(u0, u1, speeds.most));
   out.way = std::max(out.way, kLeastInterval);
@@ -69,8 +69,10 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, doubl
   if (free) {
     out.most = least_ratio(speeds.most, out.slope);
     out.acceleration = least_ratio(out.room.cwiseProduct(speeds.acceleration), out.slope);
+  } else if (speeds.start_time > 0) {
+    out.acceleration = 1 / speeds.start_time;
   } else {
-    out.acceleration = speeds.start_time > 0 ? 1 / speeds.start_time : infinite();
+    out.acceleration = carried ? least_ratio(speeds.carry_acceleration, out.slope) : infinite();
   }
   return out;
 }
@@ -87,11 +89,18 @@ std::vector<double> calc_knot_speeds(const RunSpeeds& speeds, SegmentKind kind, 
   const std::size_t n = stretches.size();
   const double at_ends = kind == SegmentKind::Contact && speeds.start_time > 0 ? 0 : 1;
   std::vector<double> f(n + 1, at_ends);
+  const auto carried = [&](const Eigen::VectorXd& change) { return std::min(1.0, least_ratio(speeds.carry_jump, change)); };
   for (std::size_t k = 1; k < n; ++k) {
-    const bool free = stretches[k].free && stretches[k - 1].free;
-    const Eigen::VectorXd jump = speeds.jump.cwiseProduct(stretches[k].room.cwiseMin(stretches[k - 1].room));
-    f[k] = free ? least_ratio(jump, stretches[k].slope - stretches[k - 1].slope) : 1;
+    f[k] = 1;
+    const Stretch &before = stretches[k - 1], &after = stretches[k];
+    const Eigen::VectorXd change = after.slope - before.slope;
+    if (before.free && after.free)
+      f[k] = least_ratio(speeds.jump.cwiseProduct(after.room.cwiseMin(before.room)), change);
+    else if (before.carried || after.carried)
+      f[k] = carried(change);
   }
+  if (n > 0 && stretches.front().carried) f[0] = std::min(f[0], carried(stretches.front().slope));
+  if (n > 0 && stretches.back().carried) f[n] = std::min(f[n], carried(stretches.back().slope));
   for (std::size_t k = 0; k <= n; ++k) {
     if (k < n) f[k] = std::min(f[k], stretches[k].most);
     if (k > 0) f[k] = std::min(f[k], stretches[k - 1].most);
@@ -124,7 +133,7 @@ class Timer {
         springs_(model, speeds) {}
 
   Trajectory run(const Trajectory& in) {
-    add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0, infinite());
+    add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
     for (const Piece& piece : in.pieces) add_piece(in, piece);
     return take();
   }
@@ -147,7 +156,7 @@ class Timer {
     const std::vector<double> f = calc_knot_speeds(speeds_, piece.kind, stretches);
     if (!pieces_.empty() && pause_ > 0) {
       const Eigen::VectorXd u = u_.back(), q = q_.back();
-      add(u, q, segments_.back(), knots_.back(), times_.back() + pause_, infinite());
+      add(u, q, segments_.back(), knots_.back(), times_.back() + pause_);
     }
     Piece& out = pieces_.emplace_back(piece);
     out.first_knot = last();
@@ -160,8 +169,7 @@ class Timer {
         Eigen::VectorXd u = (1 - share) * in.u.col(from) + share * in.u.col(to);
         if (lead_ != nullptr) add_lead(stretches, i, f[i + 1], u);
         const double time = std::max(calc_time(stretches[i], f[i], f[i + 1]), calc_duration(u_.back(), u, speeds_.most));
-        add(u, blend(in.q.col(from), in.q.col(to), share), in.segments[to], in.knots[to], times_.back() + std::max(time, kLeastInterval),
-            stretches[i].lag);
+        add(u, blend(in.q.col(from), in.q.col(to), share), in.segments[to], in.knots[to], times_.back() + std::max(time, kLeastInterval));
       }
     }
     out.last_knot = last();
@@ -184,7 +192,8 @@ class Timer {
     const bool free = kind == SegmentKind::Regrasp || moves_freely(model_, in, k);
     const double travel = free ? 0.0 : travel_.calc(in.q.col(k), in.q.col(k + 1));
     const double room = free ? room_.calc(in.u.col(k), in.u.col(k + 1), in.q.col(k), in.q.col(k + 1)) : speeds_.room;
-    Stretch out = stretch_between(speeds_, free, travel, room, in, k);
+    const bool carried = !free && speeds_.start_time == 0 && travel_.is_carried(in.q.col(k), in.q.col(k + 1));
+    Stretch out = stretch_between(speeds_, free, carried, travel, room, in, k);
     out.lead = Eigen::VectorXd::Zero(model_.n_a());
     if (lead_ != nullptr && !free) set_lead(in, k, out);
     return out;
@@ -212,9 +221,8 @@ class Timer {
   }
 
   Eigen::Index last() const { return static_cast<Eigen::Index>(times_.size()) - 1; }
-  void add(const Eigen::VectorXd& u, const Eigen::VectorXd& q, int segment, int knot, double time, double room) {
+  void add(const Eigen::VectorXd& u, const Eigen::VectorXd& q, int segment, int knot, double time) {
     u_.push_back(u), q_.push_back(q), segments_.push_back(segment), knots_.push_back(knot), times_.push_back(time);
-    rooms_.push_back(room);
   }
 
   Trajectory take() const {
@@ -228,7 +236,6 @@ class Timer {
       out.u.col(k) = u_[static_cast<std::size_t>(k)];
       out.q.col(k) = q_[static_cast<std::size_t>(k)];
     }
-    out.room = Eigen::Map<const Eigen::VectorXd>(rooms_.data(), n);
     out.pieces = pieces_;
     out.speed = speeds_.factor;
     return out;
@@ -244,7 +251,7 @@ class Timer {
   SpringLoad springs_;
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
-  std::vector<double> times_, rooms_;
+  std::vector<double> times_;
   std::vector<Piece> pieces_;
 };
 

@@ -193,10 +193,6 @@ void interpolate_command(const Trajectory& trajectory, double t, Eigen::Ref<Eige
   u = (1 - at.s) * trajectory.u.col(at.before) + at.s * trajectory.u.col(at.after);
 }
 
-double room_at(const Trajectory& trajectory, double t) {
-  return trajectory.room.size() > 0 ? trajectory.room[place_at(trajectory, t).after] : std::numeric_limits<double>::infinity();
-}
-
 void interpolate(const world::Model& model, const Trajectory& trajectory, double t, Eigen::Ref<Eigen::VectorXd> q) {
   const Place at = place_at(trajectory, t);
   if (at.before == at.after) {

@@ -29,9 +29,6 @@ struct Trajectory {
   Eigen::MatrixXd q;         ///< (n_q × knots)
   Eigen::VectorXi segments;  ///< (knots) of the plan, that led to the knot; 0 of the first one
   Eigen::VectorXi knots;     ///< (knots) of the plan, counted from its start, which is 0: whose sub-step ends here or is under way
-  Eigen::VectorXd
-      room;  ///< (knots) by how much the robot may be off the line to the knot, at the reach of each joint [m]; infinite where it
-             ///< pushes, empty where no timing gave it
   std::vector<Piece> pieces;
   double speed = 1;  ///< times the full timing (E.13)
   double duration() const { return times.size() == 0 ? 0.0 : times[times.size() - 1]; }
@@ -48,9 +45,6 @@ int segment_at(const Trajectory& trajectory, double t);
 
 /// u at time t; the ends are held. @param u (n_a)
 void interpolate_command(const Trajectory& trajectory, double t, Eigen::Ref<Eigen::VectorXd> u);
-
-/// The room at time t [m]; infinite where nobody gave it.
-double room_at(const Trajectory& trajectory, double t);
 
 /// q at time t: straight for positions and joints, the shortest rotation at constant speed for orientations; the ends are held.
 void interpolate(const world::Model& model, const Trajectory& trajectory, double t, Eigen::Ref<Eigen::VectorXd> q);
