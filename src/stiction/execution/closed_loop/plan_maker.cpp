@@ -13,8 +13,8 @@ namespace stiction::execution {
 
 std::optional<Trajectory> PlanMaker::make(std::string& cause, bool counts) {
   if (counts && !count()) return std::nullopt;
-  const bool can_step_back = source_.found() > 0 && !find_step_back(model_, robot_.q()).empty();
-  PlanRequest request = first_request(cause, can_step_back);
+  const auto can_step_back = [&] { return !find_step_back(model_, robot_.q()).empty(); };
+  PlanRequest request = first_request(cause, source_.found() > 0 && can_step_back());
   for (int refused = 0; refused < how_.refusals; ++refused) {
     Answer answer;
     if (!prepare(request.preparation) || !ask(request, answer)) return std::nullopt;
@@ -24,7 +24,7 @@ std::optional<Trajectory> PlanMaker::make(std::string& cause, bool counts) {
       return std::nullopt;
     }
     if (answer.trajectory) return std::move(answer.trajectory);
-    request = next_request(request, answer.slips && how_.friction < 1);
+    request = next_request(request, answer.slips && how_.friction < 1, can_step_back());
   }
   const std::string& reason = out_.plans.back().reason;
   robot_.end(RunEnd::NoPlan, fmt::format("{} plans in a row failed{}", how_.refusals, reason.empty() ? "" : ": " + reason));

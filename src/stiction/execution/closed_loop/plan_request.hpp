@@ -24,9 +24,9 @@ PlanRequest first_request(std::string cause, bool can_step_back);
 
 /// The question after a refusal. A robot that can step back does so after the short search. Then the friction is that of the scene, since a place may be left by no
 /// push that holds with less: at once where the object slipped at the start with the friction of plans, else from where the springs were let go. From then on the
-/// robot steps back every time.
+/// robot steps back every time, and where it cannot, as with an object in its fingers, the springs are let go.
 /// @param slipped  the object did not rest at the start with the friction of plans, and rests with more
 /// Tests: tests/execution/plan_request_test.cpp
-PlanRequest next_request(const PlanRequest& refused, bool slipped);
+PlanRequest next_request(const PlanRequest& refused, bool slipped, bool can_step_back);
 
 }  // namespace stiction::execution
