@@ -187,7 +187,7 @@ def test_import_of_a_file_that_is_no_scene_is_one_message(folder: Path, monkeypa
     with pytest.raises(st.InvalidInput, match=r"a.sdf: sdf: got malformed XML \("):
         st.import_scene(folder / "a.sdf", out=folder / "a.yaml")
     assert not (folder / "a.yaml").exists() and not (folder / "a.xml").exists()
-    (folder / "a.sdf").write_text(SCENE.replace("wedge.obj", "."))
+    assert "a.sdf: sdf: got more than 100 elements in each other" in refused(folder / "a.sdf", "<sdf>" + "<model>" * 3000 + "</model>" * 3000 + "</sdf>")
     assert "a.sdf: uri: got '.', which is a folder, expected a mesh" in refused(folder / "a.sdf", SCENE.replace("wedge.obj", "."))
 
 

@@ -130,6 +130,13 @@ def test_sdf_that_is_wrong_is_one_message(opened: Callable[[Path | None], Driven
     assert list((scene.parent / "studio").iterdir()) == []
 
 
+def test_robot_alone_is_named_by_its_sdf_and_sent_to_where_it_gets_an_object(opened: Callable[[Path | None], Driven], scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = MJCF[: MJCF.index('  <body name="drawer"')] + MJCF[MJCF.index("</worldbody>") :]
+    monkeypatch.setattr(sdf, "make_mjcf", lambda source, target=None, package_dirs=(): (text.encode(), []))
+    (said,) = opened(scene).said
+    assert said.startswith(f"{scene}: import: got a file without an object") and said.endswith("A robot without objects is opened under *Own*, where it gets one")
+
+
 @pytest.mark.usefixtures("no_parser")
 def test_dropped_sdf_waits_for_its_meshes_and_gets_an_object(opened: Callable[[Path | None], Driven]) -> None:
     driven = opened(None)
@@ -162,6 +169,7 @@ def test_dropped_sdf_waits_for_its_meshes_and_gets_an_object(opened: Callable[[P
         ("<sdf><include><uri>model://peg</uri></include></sdf>", "got the model 'model://peg' inside it, expected one file that holds the whole robot; `stiction studio arm.sdf` opens it"),
         ("<robot name='r'/>", "root element: got 'robot', expected 'sdf'"),
         ("<sdf><model>", "no XML"),
+        ("<sdf>" + "<model>" * 3000 + "</model>" * 3000 + "</sdf>", "got more than 100 elements in each other"),
         ("<!DOCTYPE sdf SYSTEM 'x'><sdf/>", "got a document type or entities"),
     ],
 )

@@ -30,6 +30,7 @@ LEFT_OUT = ("visual", "sensor", "plugin", "light", "gui", "scene", "physics", "g
 MESHES = (".obj", ".stl")  # that MuJoCo reads
 MADE = b"<!-- Made by stiction of "  # how each MJCF begins; such a file may be written anew
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+DEEPEST = 100  # elements in each other; nested models have four each
 LEAST_ARM = 3e-5  # radius of gyration of a link that has none [m]; MuJoCo takes no inertia of 0
 CARRIED = {"revolute": "hinge", "prismatic": "slide", "ball_rpy": "ball"}
 UNIVERSAL = "universal"
@@ -74,6 +75,14 @@ def is_sdf(file: str | os.PathLike[str]) -> bool:
     except (ET.ParseError, ValueError, LookupError, OSError):  # no XML, an encoding that is not known, no file
         pass
     return Path(file).suffix.lower() == ".sdf"
+
+
+def is_deep(root: ET.Element) -> bool:
+    """More elements are in each other than a scene has, and than copying and writing them bears."""
+    level = [root]
+    for _ in range(DEEPEST):
+        level = [child for element in level for child in element]
+    return bool(level)
 
 
 def made_of_sdf(mjcf: Path) -> bool:
@@ -168,6 +177,8 @@ class _Files:
             raise InvalidInput(f"{file}: sdf: got malformed XML ({error}), expected an SDF") from None
         if root.tag != "sdf":
             raise InvalidInput(f"{file}: root element: got '{root.tag}', expected 'sdf'")
+        if is_deep(root):
+            raise InvalidInput(f"{file}: sdf: got more than {DEEPEST} elements in each other, expected fewer")
         return root
 
     def _find(self, uri: str, file: Path) -> Path:

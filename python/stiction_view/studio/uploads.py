@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from stiction.sdf import LEFT_OUT
+from stiction.sdf import DEEPEST, LEFT_OUT, is_deep
 
 MAX_BYTES = 20_000_000  # of one file
 MAX_TOTAL = 200_000_000  # of all of them
@@ -119,6 +119,8 @@ def meshes_of_sdf(name: str, root: ET.Element) -> list[tuple[ET.Element, PurePos
     """Each <uri> that is used, with its path below the folder of the file. Raises Refused: a part of it is in another file."""
     if root.tag != "sdf":
         raise Refused(f"{name}: root element: got '{root.tag}', expected 'sdf'")
+    if is_deep(root):
+        raise Refused(f"{name}: got more than {DEEPEST} elements in each other, expected fewer")
     elements = list(used(root))
     for include in (element for element in elements if element.tag == "include"):
         raise Refused(f"{name}: got the model '{(include.findtext('uri') or '').strip()}' inside it, expected one file that holds the whole robot; `stiction studio {name}` opens it with its models")
