@@ -22,8 +22,9 @@ int run_studio(const StudioArguments& arguments) {
 Run declare_studio(CLI::App& command) {
   const auto arguments = std::make_shared<StudioArguments>();
   StudioArguments& a = *arguments;
-  command.add_option("shown", a.shown,
-                     "Task or scenario (name or file), a whole scene (MJCF or URDF), or a folder of tasks; left out: the built-in ones");
+  command.add_option(
+      "shown", a.shown,
+      "Task or scenario (name or file), a whole scene (MJCF, URDF or SDF), or a folder of tasks; left out: the built-in ones");
   command.add_option("--host", a.host, "Address that is listened on; 0.0.0.0: whoever has the token, from any machine")
       ->capture_default_str();
   add_integer(command, "--port", a.port, "Its port; 0 for any that is free", {0, 65535});

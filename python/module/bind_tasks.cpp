@@ -186,24 +186,12 @@ void bind_tasks(nb::module_& m) {
 
     >>> "allegro_cube" in st.list_tasks()
     True)");
-  m.def("import_scene", &import_scene, "file"_a, nb::kw_only(), "out"_a = nb::none(), "object"_a = "",
-        nb::call_guard<nb::gil_scoped_release>(),
-        "A task for a scene that is in one MJCF or URDF file: trees with an actuator are robots, what moves in other trees are objects, "
-        "the rest "
-        "stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the "
-        "file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. object: that "
-        "the goal moves; empty: the first one. Raises "
-        "InvalidInput."
-        R"(
-
-    >>> xml = "<mujoco><worldbody><body pos='0 .3 0'><joint name='lid' type='slide' axis='1 0 0' range='0 .2'/><geom name='box' size='.05'/></body>" \
-    ...     "<body><joint name='arm' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 .2 0' size='.02'/></body></worldbody>" \
-    ...     "<actuator><position joint='arm' kp='50'/></actuator></mujoco>"
-    >>> with open("scene.xml", "w") as file:
-    ...     _ = file.write(xml)
-    >>> task = st.import_scene("scene.xml")
-    >>> task.model.joint_names, task.model.object_names, task.q_goal
-    (['robot/arm'], ['body_1'], array([0.18])))");
+  m.def("_import_scene", &import_scene, "file"_a, nb::kw_only(), "out"_a = nb::none(), "object"_a = "",
+        nb::call_guard<nb::gil_scoped_release>(), "Of scenes.py: an MJCF or URDF file.");
+  m.def(
+      "_parse_task",
+      [](const std::string& text, const std::optional<std::filesystem::path>& base) { return tasks::parse_task(text, folder_of(base)); },
+      "text"_a, "base"_a = nb::none(), nb::call_guard<nb::gil_scoped_release>(), "Of scenes.py: the text of a task file.");
   m.def("list_keyframes", &tasks::list_keyframes, "file"_a, nb::call_guard<nb::gil_scoped_release>(),
         "Names of the keyframes of an MJCF file, as a start of a task takes them. Raises InvalidInput."
         R"(

@@ -4,6 +4,7 @@ tests that need it are skipped."""
 from __future__ import annotations
 
 import importlib.util
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,7 @@ if not (BUILD / "python" / "stiction").is_dir():
 sys.path.insert(0, str(BUILD / "python"))
 
 import stiction as st  # noqa: E402
+from stiction import sdf  # noqa: E402
 from stiction.sdf import convert_sdf  # noqa: E402
 
 HAS_DRAKE = importlib.util.find_spec("pydrake") is not None
@@ -80,22 +82,120 @@ def test_files_that_are_no_sdf_are_named(tmp_path: Path) -> None:
         convert_sdf(tmp_path / "b.sdf", tmp_path / "b.xml")
 
 
-@pytest.mark.skipif(HAS_DRAKE, reason="Drake is installed")
-def test_without_drake_the_extra_is_named(folder: Path) -> None:
+def test_without_drake_the_extra_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pydrake", None)
     with pytest.raises(st.MissingExtra, match=r"SDF files: no Python module 'pydrake'; `pip install 'stiction\[sdf\]'` brings it"):
         convert_sdf(folder / "scene.sdf", folder / "scene.xml")
 
 
 def test_a_task_that_names_an_sdf_says_how_it_is_converted(folder: Path) -> None:
     (folder / "task.yaml").write_text("scene: {file: scene.sdf}\n")
-    with pytest.raises(st.InvalidInput, match="so an SDF, expected 'mujoco', the root of an MJCF; `stiction import` makes an MJCF of it"):
+    with pytest.raises(st.InvalidInput) as error:
         st.load_task(str(folder / "task.yaml"))
+    assert (
+        "task.yaml:1: scene.file: scene.sdf:2: root element: got 'sdf', so an SDF, expected 'mujoco', the root of an MJCF; "
+        "`stiction import scene.sdf -o NEW.yaml` makes an MJCF of it, NEW.xml"
+    ) in str(error.value).replace(f"{folder}/", "").splitlines()
+    with pytest.raises(st.InvalidInput, match="`stiction import FILE -o NEW.yaml` makes an MJCF of it"):
+        st.Task({"scene": {"file": SCENE}})
+    for read in (st.load_task, st.load_scene):
+        with pytest.raises(st.InvalidInput, match="got XML, expected YAML: `stiction import` makes a task of a whole scene in MJCF, URDF or SDF"):
+            read(folder / "scene.sdf")
 
 
 def test_import_of_an_sdf_wants_a_place_for_the_mjcf(folder: Path) -> None:
     done = subprocess.run([PROGRAM, "import", "scene.sdf"], cwd=folder, capture_output=True, text=True, timeout=60)
     assert done.returncode == 2
     assert "-o: got none, expected a task file, beside which the MJCF of scene.sdf is written" in done.stderr
+
+
+MJCF = """<mujoco><worldbody><body name="lid" pos="0 .3 0"><joint name="lid" type="slide" axis="1 0 0" range="0 .2"/><geom size=".05" mass="1"/></body>
+  <body name="arm"><joint name="arm" axis="0 0 1"/><geom type="capsule" fromto="0 0 0 0 .2 0" size=".02" mass="1"/></body></worldbody>
+  <actuator><position joint="arm" kp="50"/></actuator></mujoco>"""
+NOTE = "links without <inertial> weigh 1 kg: lid"
+
+
+@pytest.fixture
+def no_parser(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every SDF is the same scene, so that what comes after the parser is tested without it."""
+    text = sdf.MADE + b"a test -->\n" + MJCF.encode()
+    monkeypatch.setattr(sdf, "make_mjcf", lambda source, target=None, package_dirs=(): (text, [NOTE]))
+
+
+def test_what_is_an_sdf_is_told_by_its_root(tmp_path: Path) -> None:
+    for name, content, told in (
+        ("a.xml", b"<?xml version='1.0'?>\n<!-- <mujoco> --><sdf version='1.9'/>", True),
+        ("a.sdf", b"<mujoco/>", False),
+        ("b.sdf", b"no XML", True),
+        ("b.xml", b"", False),
+        ("c.sdf", b"<sdf><model>", True),
+        ("d.sdf", b"<?xml version='1.0' encoding='klingon'?><sdf/>", True),
+        ("d.yaml", "scène: é".encode("latin-1"), False),
+    ):
+        (tmp_path / name).write_bytes(content)
+        assert sdf.is_sdf(tmp_path / name) == told, name
+    assert sdf.is_sdf(tmp_path / "none.sdf") and not sdf.is_sdf(tmp_path / "none.xml")
+    assert "got malformed XML (unknown encoding" in refused(tmp_path / "d.sdf", "<?xml version='1.0' encoding='klingon'?><sdf/>")
+
+
+@pytest.mark.usefixtures("no_parser")
+def test_imported_sdf_is_a_task_in_memory_that_needs_no_file(folder: Path) -> None:
+    with pytest.warns(UserWarning, match="scene.sdf: links without <inertial> weigh 1 kg: lid") as said:
+        task = st.import_scene(folder / "scene.sdf")
+    assert said[0].filename == __file__, "where the caller is"
+    assert task.model.joint_names == ["robot/arm"] and task.model.object_names == ["lid"]
+    assert sorted(file.name for file in folder.iterdir()) == ["peg", "scene.sdf", "wedge.obj"], "nothing is written"
+    again = pickle.loads(pickle.dumps(task))
+    assert again.scene_sha256 == task.scene_sha256
+    (folder / "task.yaml").write_text(task.text)
+    assert st.load_task(folder / "task.yaml").scene_sha256 == task.scene_sha256
+    with pytest.raises(st.InvalidInput, match="object: got 'nothing', expected one of lid"):
+        st.import_scene(folder / "scene.sdf", object="nothing")
+
+
+def test_what_the_mjcf_lacks_is_said_of_the_sdf(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = MJCF[: MJCF.index("<actuator>")].encode() + b"</mujoco>"
+    monkeypatch.setattr(sdf, "make_mjcf", lambda source, target=None, package_dirs=(): (text, []))
+    with pytest.raises(st.InvalidInput) as error:
+        st.import_scene(folder / "scene.sdf")
+    assert str(error.value).startswith(f"{folder}/scene.sdf: import: got a file without a robot")
+
+
+@pytest.mark.usefixtures("no_parser")
+@pytest.mark.filterwarnings("ignore:.*links without <inertial>")
+def test_imported_sdf_with_a_task_file_has_its_mjcf_beside_it(folder: Path) -> None:
+    out = folder / "tasks" / "kitchen.yaml"
+    out.parent.mkdir()
+    task = st.import_scene(folder / "scene.sdf", out=out, object="lid")
+    assert "file: \"kitchen.xml\"" in out.read_text() and (out.parent / "kitchen.xml").read_bytes().startswith(b"<!-- Made by stiction of ")
+    assert st.load_task(out).scene_sha256 == task.scene_sha256
+    assert st.import_scene(folder / "scene.sdf", out=out).scene_sha256 == task.scene_sha256, "what was made of it may be made anew"
+    (out.parent / "kitchen.xml").write_text("<mujoco/>")
+    with pytest.raises(st.InvalidInput, match="expected a task file with another name: the MJCF of scene.sdf is to be kitchen.xml beside it, which is there already"):
+        st.import_scene(folder / "scene.sdf", out=out)
+    assert (out.parent / "kitchen.xml").read_text() == "<mujoco/>"
+    with pytest.raises(st.InvalidInput, match="is to be new.xml beside it, which is that file"):
+        st.import_scene(folder / "scene.sdf", out=folder / "new.xml")
+    assert not (folder / "new.xml").exists()
+
+
+def test_import_of_a_file_that_is_no_scene_is_one_message(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pydrake", None)  # as if it were not installed
+    with pytest.raises(st.MissingExtra, match=r"SDF files: no Python module 'pydrake'; `pip install"):
+        st.import_scene(folder / "scene.sdf")
+    (folder / "a.sdf").write_text("<sdf><model>")
+    with pytest.raises(st.InvalidInput, match=r"a.sdf: sdf: got malformed XML \("):
+        st.import_scene(folder / "a.sdf", out=folder / "a.yaml")
+    assert not (folder / "a.yaml").exists() and not (folder / "a.xml").exists()
+    assert "a.sdf: sdf: got more than 100 elements in each other" in refused(folder / "a.sdf", "<sdf>" + "<model>" * 3000 + "</model>" * 3000 + "</sdf>")
+    assert "a.sdf: uri: got '.', which is a folder, expected a mesh" in refused(folder / "a.sdf", SCENE.replace("wedge.obj", "."))
+
+
+def test_models_that_include_themselves_and_configs_that_are_no_xml_are_named(folder: Path) -> None:
+    (folder / "peg" / "model.sdf").write_text(PEG.replace("<link", "<include><uri>model://peg</uri></include><link"))
+    assert "include: got a file that includes itself, by scene.sdf, model.sdf, expected one that ends" in refused(folder / "scene.sdf", SCENE)
+    (folder / "peg" / "model.config").write_text("<model>")
+    assert refused(folder / "scene.sdf", SCENE).startswith("peg/model.config: got what cannot be read (")
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:
@@ -193,6 +293,26 @@ def test_meshes_of_gazebo_are_written_beside_the_mjcf_in_metres(folder: Path) ->
     (mesh,) = [g for g in model.geometries if model.bodies[g.body].name == "robot/tool"]
     corners = np.asarray(mesh.shape["vertices"])
     assert np.allclose(sorted(np.ptp(corners, axis=0)), [0.2, 0.2, 0.3])
+
+
+@needs_drake
+def test_an_imported_sdf_in_memory_holds_the_meshes_that_mujoco_does_not_read(folder: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("collada")
+    text = trimesh.exchange.dae.export_collada(trimesh.creation.box((10, 20, 30))).decode()
+    (folder / "block.dae").write_text(text.replace("<asset>", '<asset><unit name="cm" meter="0.01"/>', 1))
+    (folder / "scene.sdf").write_text(SCENE.replace("wedge.obj", "block.dae"))
+    before = sorted(folder.iterdir())
+    with pytest.warns(UserWarning, match="links without <inertial>"):
+        task = st.import_scene(folder / "scene.sdf")
+        in_file = st.import_scene(folder / "scene.sdf", out=folder / "task.yaml")
+    assert [file.name for file in sorted(folder.iterdir()) if file not in before] == ["task.xml", "task.yaml", "task_block.obj"]
+    assert 'file="task_block.obj"' in (folder / "task.xml").read_text(), "it may be moved with the folder"
+    for model in (task.model, in_file.model):
+        (mesh,) = [g for g in model.geometries if model.bodies[g.body].name == "robot/tool"]
+        assert np.allclose(sorted(np.ptp(np.asarray(mesh.shape["vertices"]), axis=0)), [0.2, 0.2, 0.3])
+    (folder / "block.dae").write_text("<COLLADA>")
+    assert "block.dae: got a mesh that cannot be read (" in refused(folder / "a.sdf", SCENE.replace("wedge.obj", "block.dae"))
 
 
 @needs_drake

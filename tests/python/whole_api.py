@@ -11,6 +11,7 @@ import stiction as st
 scene = st.load_scene({"robots": [{"name": "arm", "urdf": Path("arm.urdf"), "stiffness": 200}]}, base=Path("."))
 model = st.Model.make(scene)
 assert_type(st.load_model("scene.yaml"), st.Model)
+assert_type(st.import_scene(Path("scene.sdf"), out="task.yaml", object="lid"), st.Task)
 X_WB = st.Pose(np.eye(3), [0.0, 0.0, 0.1])
 task = st.Task({"name": "mine", "scene": {"fixed": [{"name": "table", "pose": X_WB}]}}).with_(start=[0.0], goal=[0.1], options={"goal_bias": 0.3})
 names: list[str] = st.list_tasks()

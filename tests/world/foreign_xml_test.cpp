@@ -19,7 +19,8 @@ TEST(ForeignXml, UnderUrdf_IsRefusedByName) {
   for (const char* empty : {"", "\n", "<?xml version='1.0'?>", "<!-- to be written -->"})
     EXPECT_EQ(message(empty), "r.urdf: urdf: got no element, expected 'robot'") << "'" << empty << "'";
   EXPECT_EQ(message("<sdf version='1.9'/>"),
-            "r.urdf:1: root element: got 'sdf', so an SDF, expected 'robot', the root of a URDF; `stiction import` makes an MJCF of it");
+            "r.urdf:1: root element: got 'sdf', so an SDF, expected 'robot', the root of a URDF; `stiction import r.urdf -o NEW.yaml` "
+            "makes an MJCF of it, NEW.xml");
   EXPECT_EQ(message("\n<!doctype HTML>\n<HTML><img src=x></HTML>"),
             "r.urdf:1: urdf: got a web page, expected a URDF; download the file itself");
   EXPECT_EQ(message("<COLLADA/>"),

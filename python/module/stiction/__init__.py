@@ -31,6 +31,7 @@ from .grasps import find_grasps as find_grasps  # noqa: E402
 from .grasps import read_grasps as read_grasps  # noqa: E402
 from .pages import show as show  # noqa: E402
 from .pages import view as view  # noqa: E402
+from .scenes import import_scene as import_scene  # noqa: E402
 from .streams import stream as stream  # noqa: E402
 from .sweeps import sweep as sweep  # noqa: E402
 

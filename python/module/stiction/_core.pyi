@@ -1682,19 +1682,11 @@ def list_tasks() -> list[str]:
         True
     """
 
-def import_scene(file: str | os.PathLike, *, out: str | os.PathLike | None = None, object: str = '') -> Task:
-    """
-    A task for a scene that is in one MJCF or URDF file: trees with an actuator are robots, what moves in other trees are objects, the rest stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. object: that the goal moves; empty: the first one. Raises InvalidInput.
+def _import_scene(file: str | os.PathLike, *, out: str | os.PathLike | None = None, object: str = '') -> Task:
+    """Of scenes.py: an MJCF or URDF file."""
 
-        >>> xml = "<mujoco><worldbody><body pos='0 .3 0'><joint name='lid' type='slide' axis='1 0 0' range='0 .2'/><geom name='box' size='.05'/></body>" \\
-        ...     "<body><joint name='arm' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 .2 0' size='.02'/></body></worldbody>" \\
-        ...     "<actuator><position joint='arm' kp='50'/></actuator></mujoco>"
-        >>> with open("scene.xml", "w") as file:
-        ...     _ = file.write(xml)
-        >>> task = st.import_scene("scene.xml")
-        >>> task.model.joint_names, task.model.object_names, task.q_goal
-        (['robot/arm'], ['body_1'], array([0.18]))
-    """
+def _parse_task(text: str, base: str | os.PathLike | None = None) -> Task:
+    """Of scenes.py: the text of a task file."""
 
 def list_keyframes(file: str | os.PathLike) -> list[str]:
     """

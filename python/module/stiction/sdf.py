@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import copy
+import io
 import logging
 import math
 import os
@@ -27,7 +28,9 @@ from ._extras import require
 PURPOSE = "SDF files"
 LEFT_OUT = ("visual", "sensor", "plugin", "light", "gui", "scene", "physics", "gravity", "magnetic_field", "atmosphere", "spherical_coordinates", "wind", "audio")
 MESHES = (".obj", ".stl")  # that MuJoCo reads
+MADE = b"<!-- Made by stiction of "  # how each MJCF begins; such a file may be written anew
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+DEEPEST = 100  # elements in each other; nested models have four each
 LEAST_ARM = 3e-5  # radius of gyration of a link that has none [m]; MuJoCo takes no inertia of 0
 CARRIED = {"revolute": "hinge", "prismatic": "slide", "ball_rpy": "ball"}
 UNIVERSAL = "universal"
@@ -42,15 +45,50 @@ def convert_sdf(file: str | os.PathLike[str], out: str | os.PathLike[str], *, pa
     Returns what was taken otherwise than the file says, one sentence each. Raises InvalidInput: the file cannot be read, or has joints that
     a scene cannot have; MissingExtra: Drake is not installed.
     """
-    source, target = Path(file), Path(out)
+    target = Path(out)
+    text, notes = make_mjcf(Path(file), target, package_dirs=package_dirs)
+    target.write_bytes(text)
+    return notes
+
+
+def make_mjcf(source: Path, target: Path | None = None, *, package_dirs: Iterable[str | os.PathLike[str]] = ()) -> tuple[bytes, list[str]]:
+    """The MJCF, and the notes of convert_sdf. Meshes that MuJoCo does not read are written beside `target`; without one they stand in the MJCF.
+
+    Raises InvalidInput, MissingExtra.
+    """
     with tempfile.TemporaryDirectory() as folder, _warnings() as said:
         files = _Files(_folders_of_models(source, [Path(place) for place in package_dirs]), Path(folder))
         main = files.add(source)
         plant, inspector = _load(source, main, files)
         converted = _Conversion(source, target, plant, inspector, files)
     ET.indent(converted.root)
-    target.write_bytes(ET.tostring(converted.root, encoding="utf-8") + b"\n")
-    return converted.notes + [files.name(line) for line in said]
+    text = MADE + source.name.replace("--", "- -").encode() + b" -->\n" + ET.tostring(converted.root, encoding="utf-8") + b"\n"
+    return text, converted.notes + [files.name(line) for line in said]
+
+
+def is_sdf(file: str | os.PathLike[str]) -> bool:
+    """By its root element; of a file that has none, by its name."""
+    try:
+        with Path(file).open("rb") as text:
+            for _, root in ET.iterparse(text, events=("start",)):
+                return str(root.tag) == "sdf"
+    except (ET.ParseError, ValueError, LookupError, OSError):  # no XML, an encoding that is not known, no file
+        pass
+    return Path(file).suffix.lower() == ".sdf"
+
+
+def is_deep(root: ET.Element) -> bool:
+    """More elements are in each other than a scene has, and than copying and writing them bears."""
+    level = [root]
+    for _ in range(DEEPEST):
+        level = [child for element in level for child in element]
+    return bool(level)
+
+
+def made_of_sdf(mjcf: Path) -> bool:
+    """It was written by convert_sdf."""
+    with mjcf.open("rb") as text:
+        return text.read(len(MADE)) == MADE
 
 
 @contextmanager
@@ -90,13 +128,17 @@ class _Files:
         self.copies: dict[Path, Path] = {}
         self.texts: dict[Path, ET.Element] = {}  # as they are written
         self.meshes: dict[str, Path] = {}  # by what stands in for them
+        self.open: list[Path] = []  # each includes the next one
 
     def add(self, file: Path) -> Path:
         """The copy of a file."""
         path = file.resolve()
+        if path in self.open:  # Drake would never come back
+            raise InvalidInput(f"{file}: include: got a file that includes itself, by {', '.join(other.name for other in self.open)}, expected one that ends")
         if path in self.copies:
             return self.copies[path]
         root = self._read(file)
+        self.open.append(path)
         self.texts[path] = copy.deepcopy(root)
         self.copies[path] = self.temporary / f"{len(self.copies)}.sdf"
         for element in list(root.iter()):
@@ -105,8 +147,11 @@ class _Files:
         included = {uri for include in root.iter("include") for uri in include.findall("uri")}
         for uri in root.iter("uri"):
             found = self._find(uri.text or "", file)
+            if uri not in included and not found.is_file():
+                raise InvalidInput(f"{file}: uri: got '{uri.text}', which is a folder, expected a mesh")
             uri.text = str(self.add(_model_in(found)) if uri in included else self._stand_in(found))
         self.copies[path].write_bytes(ET.tostring(root, encoding="utf-8"))
+        self.open.pop()
         return self.copies[path]
 
     def _stand_in(self, mesh: Path) -> Path:
@@ -128,10 +173,12 @@ class _Files:
             raise InvalidInput(f"{file}: sdf: got a file that does not exist, expected an SDF")
         try:
             root = ET.parse(file, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))).getroot()  # lines keep their numbers
-        except (ET.ParseError, UnicodeDecodeError) as error:
+        except (ET.ParseError, ValueError, LookupError) as error:  # or an encoding that is not known
             raise InvalidInput(f"{file}: sdf: got malformed XML ({error}), expected an SDF") from None
         if root.tag != "sdf":
             raise InvalidInput(f"{file}: root element: got '{root.tag}', expected 'sdf'")
+        if is_deep(root):
+            raise InvalidInput(f"{file}: sdf: got more than {DEEPEST} elements in each other, expected fewer")
         return root
 
     def _find(self, uri: str, file: Path) -> Path:
@@ -158,13 +205,21 @@ def _model_in(place: Path) -> Path:
     if place.is_file():
         return place
     config = place / "model.config"
-    versions = ET.parse(config).getroot().findall("sdf") if config.is_file() else []
-    newest = max(versions, key=lambda sdf: [int(part) for part in (sdf.get("version") or "0").split(".")], default=None)
+    try:
+        versions = ET.parse(config).getroot().findall("sdf") if config.is_file() else []
+        newest = max(versions, key=lambda sdf: [int(part) for part in (sdf.get("version") or "0").split(".")], default=None)
+    except (ET.ParseError, ValueError, LookupError) as error:
+        raise InvalidInput(f"{config}: got what cannot be read ({error}), expected XML with <sdf version=\"1.9\">") from None
     return place / (newest.text or "" if newest is not None else "model.sdf").strip()
 
 
+def check_drake(purpose: str = PURPOSE) -> None:
+    """Raises MissingExtra: Drake is not installed."""
+    require("sdf", purpose, "pydrake")
+
+
 def _load(source: Path, main: Path, files: _Files) -> tuple[Any, Any]:
-    require("sdf", PURPOSE, "pydrake")
+    check_drake()
     plants, parsing = require("sdf", PURPOSE, "pydrake.multibody.plant"), require("sdf", PURPOSE, "pydrake.multibody.parsing")
     geometry = require("sdf", PURPOSE, "pydrake.geometry")
     plant = plants.MultibodyPlant(0.001)  # a step in time, without which Drake takes no joints that follow others
@@ -191,25 +246,30 @@ def _place(element: ET.Element, pose: Any) -> None:
         element.set("quat", _numbers(wxyz))
 
 
-def _as_obj(path: Path, out: Path) -> Path:
-    """A mesh of another format, in metres."""
+def _load_mesh(path: Path) -> Any:
+    """A mesh of a format that MuJoCo does not read, in metres."""
     trimesh = require("sdf", f"{path}", "trimesh")
     if path.suffix.lower() == ".dae":
         require("sdf", f"{path}", "collada")
     try:
-        mesh = trimesh.load_mesh(path)
+        if path.suffix.lower() == ".gltf":
+            mesh = trimesh.load_mesh(path)
+        else:  # alone: pictures that it names are not looked for
+            mesh = trimesh.load_mesh(io.BytesIO(path.read_bytes()), file_type=path.suffix[1:].lower())
         if mesh.units is not None:  # of a DAE, as "0.01 * meters"
             mesh.convert_units("meters")
-    except (ValueError, NotImplementedError, OSError) as error:
-        raise InvalidInput(f"{path}: got a mesh that cannot be read ({error}), expected OBJ, STL, DAE or GLB") from None
-    mesh.export(out)
-    return out
+        bare = trimesh.Trimesh(mesh.vertices, mesh.faces)
+    except Exception as error:  # the readers of others raise whatever they meet
+        raise InvalidInput(f"{path}: got a mesh that cannot be read ({error or type(error).__name__}), expected OBJ, STL, DAE or GLB") from None
+    if len(bare.faces) == 0:
+        raise InvalidInput(f"{path}: got a mesh without triangles, expected some")
+    return bare
 
 
 class _Conversion:
     """One plant as an MJCF."""
 
-    def __init__(self, source: Path, target: Path, plant: Any, inspector: Any, files: _Files) -> None:
+    def __init__(self, source: Path, target: Path | None, plant: Any, inspector: Any, files: _Files) -> None:
         texts = list(files.texts.values())
         self.files = files
         self.source, self.target, self.plant, self.inspector = source, target, plant, inspector
@@ -400,20 +460,34 @@ class _Conversion:
             geom.set("friction", _numbers([friction, 0.005, 0.0001]))
 
     def _mesh(self, shape: Any) -> str:
-        """Meshes of other formats are written beside the MJCF."""
         path = self.files.meshes[str(shape.source().path())]
         scale = tuple(float(s) for s in np.ravel(shape.scale3()))
         key = (str(path), scale)
         if key in self.meshes:
             return self.meshes[key]
         name = self._name("mesh", None, path.stem)
-        if path.suffix.lower() not in MESHES:
-            path = _as_obj(path, self.target.resolve().parent / f"{self.target.stem}_{name}.obj")
-        mesh = ET.SubElement(self.assets, "mesh", name=name, file=str(path))
+        mesh = ET.SubElement(self.assets, "mesh", name=name)
+        if path.suffix.lower() not in MESHES and self.target is None:
+            loaded = _load_mesh(path)
+            mesh.set("vertex", _numbers(loaded.vertices.ravel()))
+            mesh.set("face", " ".join(str(int(corner)) for corner in loaded.faces.ravel()))
+        else:
+            mesh.set("file", self._mesh_file(path, name))
         if scale != (1.0, 1.0, 1.0):
             mesh.set("scale", _numbers(scale))
         self.meshes[key] = name
         return name
+
+    def _mesh_file(self, path: Path, name: str) -> str:
+        """Its name in the MJCF: a file below the folder of that moves with it. Meshes of other formats are written beside the MJCF."""
+        if self.target is None:
+            return str(path)
+        home = self.target.resolve().parent
+        if path.suffix.lower() not in MESHES:
+            out = home / f"{self.target.stem}_{name}.obj"
+            _load_mesh(path).export(out)
+            path = out
+        return path.resolve().relative_to(home).as_posix() if path.resolve().is_relative_to(home) else str(path)
 
     def _add_mimics(self, texts: list[ET.Element]) -> None:
         """q = multiplier (q_leader − reference) + offset."""

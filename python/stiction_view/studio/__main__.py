@@ -11,7 +11,7 @@ from ..program import add_address, announce, end_on_signals, leave, run_until_in
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="stiction studio", description="Opens tasks in the browser.")
-    parser.add_argument("shown", nargs="?", help="task or scenario (name or file), a whole scene (MJCF or URDF), or a folder of tasks")
+    parser.add_argument("shown", nargs="?", help="task or scenario (name or file), a whole scene (MJCF, URDF or SDF), or a folder of tasks")
     add_address(parser)
     args = parser.parse_args()
     end_on_signals()

@@ -158,7 +158,7 @@ class Studio:
         """A task to pose and to plan."""
         self.work.drop()
         pictures = Pictures(problem.model)
-        self.panel.head.describe(problem.about, [*problem.model.notes, *pictures.looks().notes])
+        self.panel.head.describe(problem.about, [*problem.notes, *pictures.looks().notes])
         self.panel.head.seen.visible = bool(pictures.looks())
         self.posing.open(problem, pictures)
         self.options.open(problem)

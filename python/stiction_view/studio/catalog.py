@@ -12,7 +12,7 @@ from .form import tasks_folder
 
 TASK, SENSE, CONTROL, SCENE = "task", "sense", "control", "scene"
 SUFFIXES = (".yaml", ".yml")
-SCENES = (".xml", ".mjcf", ".urdf")  # that are imported
+SCENES = (".xml", ".mjcf", ".urdf", ".sdf", ".world")  # that are imported
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def find(shown: str | None) -> tuple[list[Entry], Entry | None]:
         return own + entries, own[0]
     if path.suffix.lower() in SUFFIXES + SCENES or "/" in shown:
         if not path.is_file():
-            raise ValueError(f"shown: got '{shown}', which does not exist, expected a task, a scenario, a scene (MJCF or URDF) or a folder of tasks")
+            raise ValueError(f"shown: got '{shown}', which does not exist, expected a task, a scenario, a scene (MJCF, URDF or SDF) or a folder of tasks")
         chosen = entry_of(path.resolve())
         return [chosen, *entries], chosen
     chosen = next((e for e in entries if e.source == shown), None)

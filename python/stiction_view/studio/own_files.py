@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from stiction.sdf import check_drake
+
 from .own_scene import SHAPES, ObjectSpec, make_spec
 from .panel import NOTHING, HeadControls, OwnControls, set_choices
-from .problem import Problem
-from .uploads import Uploads
+from .problem import Problem, converted
+from .uploads import Uploads, is_sdf
 
 
 class OwnFiles:
@@ -20,7 +22,9 @@ class OwnFiles:
         self.choose_kind()
 
     def upload(self, name: str, content: bytes) -> None:
-        """Raises Refused."""
+        """Raises Refused; MissingExtra: an SDF, and nothing that reads it."""
+        if is_sdf(name):
+            check_drake(name)
         self._uploads.add(name, content)
         self._head.say(f"{name}: taken")
         self._list(name)
@@ -45,12 +49,14 @@ class OwnFiles:
         """Raises ValueError, stiction.InvalidInput."""
         controls = self._controls
         if controls.robot.value == NOTHING:
-            raise ValueError("robot: nothing was dropped; add a URDF or an MJCF first")
-        robot = self._uploads.write_robot(controls.robot.value)
+            raise ValueError("robot: nothing was dropped; add a URDF, an MJCF or an SDF first")
+        robot, notes = self._uploads.write_robot(controls.robot.value), list[str]()
+        if is_sdf(robot.name):
+            robot, notes = converted(robot, self._uploads.folder)
         kind = controls.kind.value
         file = None if kind in SHAPES else self._uploads.write_mesh(kind)
         sizes = tuple(float(s.value) for s in controls.sizes)
         thing = ObjectSpec(kind if file is None else "mesh", sizes, file, float(controls.scale.value), float(controls.mass.value), float(controls.friction.value))
         spec = make_spec(robot, thing, floor=bool(controls.floor.value))
-        self._take(Problem.of_dict(spec, self._uploads.folder))
+        self._take(Problem.of_dict(spec, self._uploads.folder, notes))
         self._head.say(f"{robot.name} on a floor: pose it, then plan" if controls.floor.value else f"{robot.name}: pose it, then plan")

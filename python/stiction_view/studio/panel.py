@@ -258,8 +258,8 @@ class OwnControls:
     """A robot and an object that are dropped."""
 
     def __init__(self, gui: viser.GuiApi, handlers: Handlers):
-        gui.add_markdown("Drop a robot (URDF or MJCF) and the meshes that it names, one file after the other; then an object: a shape, or a mesh that you dropped.")
-        self.upload = gui.add_upload_button("Add a file", hint="At most 20 MB; .urdf, .xml, .mjcf, .stl, .obj, .dae")
+        gui.add_markdown("Drop a robot (URDF, MJCF or SDF) and the meshes that it names, one file after the other; then an object: a shape, or a mesh that you dropped.")
+        self.upload = gui.add_upload_button("Add a file", hint="At most 20 MB; .urdf, .xml, .mjcf, .sdf, .stl, .obj, .dae")
         self.upload.on_upload(lambda _: handlers.call("upload", self.upload.value.name, self.upload.value.content))
         self.uploaded = gui.add_markdown("No files yet.")
         self.robot = gui.add_dropdown("Robot", (NOTHING,))

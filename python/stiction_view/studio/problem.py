@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import stiction as st
+from stiction.sdf import convert_sdf, is_sdf
 
 from ..bodies import slug
 from .picture import quaternions
@@ -149,14 +150,24 @@ class Snapshot:
     any_turn: bool
 
 
-class Problem:
-    """What is planned. `spec` is a task as in a file, `folder` that of its paths; of a built-in task `name` stands for it in commands."""
+def converted(sdf: Path, folder: Path) -> tuple[Path, list[str]]:
+    """The MJCF of an SDF, in `folder`, and what is otherwise in it. Raises stiction.InvalidInput, stiction.MissingExtra."""
+    mjcf = folder / f"{sdf.stem}.xml"
+    return mjcf, convert_sdf(sdf, mjcf)
 
-    def __init__(self, task: st.Task, spec: dict[str, Any], folder: Path, name: str, scene: Path | None = None):
+
+class Problem:
+    """What is planned. `spec` is a task as in a file, `folder` that of its paths; of a built-in task `name` stands for it in commands.
+
+    `scene` is the file that a whole scene came from, `notes` what was read otherwise than it says.
+    """
+
+    def __init__(self, task: st.Task, spec: dict[str, Any], folder: Path, name: str, scene: Path | None = None, notes: Sequence[str] = ()):
         self.given, self.spec, self.folder, self.name, self.scene = task, spec, folder, name, scene
         self.model: st.Model = task.model
         self.about = task.description
-        self.keyframes = st.list_keyframes(scene) if scene is not None else []
+        self.keyframes: list[str] = []  # of a scene
+        self.notes = [*notes, *self.model.notes]
         self.goal_of = ""  # object of the goal of a scene; empty: the first one
         self.seed = int(task.options.seed)
         self.reset()
@@ -169,19 +180,24 @@ class Problem:
         return Problem(task, {"base": str(task.file), "name": task.name}, Path(task.file).parent, name)
 
     @staticmethod
-    def of_dict(spec: dict[str, Any], folder: Path) -> Problem:
+    def of_dict(spec: dict[str, Any], folder: Path, notes: Sequence[str] = ()) -> Problem:
         """A task that is in no file. Raises stiction.InvalidInput."""
-        return Problem(st.Task(spec, base=folder), spec, folder, "")
+        return Problem(st.Task(spec, base=folder), spec, folder, "", notes=notes)
 
     @staticmethod
     def of_scene(file: Path, folder: Path, goal_of: str = "") -> Problem:
-        """A whole scene that is in one file; its task is written into `folder`. Raises ValueError: there is nothing to plan in it."""
+        """A whole scene that is in one file; its task is written into `folder`, and so is the MJCF of an SDF.
+
+        Raises ValueError: there is nothing to plan in it; stiction.MissingExtra: an SDF, and nothing that reads it.
+        """
         to = folder / (f"{file.stem}_{slug(goal_of)}.yaml" if goal_of else f"{file.stem}.yaml")
+        mjcf, notes = converted(file, folder) if is_sdf(file) else (file, list[str]())
         try:
-            task = st.import_scene(file, out=to, object=goal_of)
+            task = st.import_scene(mjcf, out=to, object=goal_of)
         except st.InvalidInput as error:
-            raise ValueError(f"{error}. A robot without objects is opened under *Own*, where it gets one") from None
-        made = Problem(task, {"base": to.name, "name": file.stem}, folder, to.name, file.resolve())
+            raise ValueError(f"{str(error).replace(str(mjcf), str(file))}. A robot without objects is opened under *Own*, where it gets one") from None
+        made = Problem(task, {"base": to.name, "name": file.stem}, folder, to.name, file.resolve(), notes)
+        made.keyframes = st.list_keyframes(mjcf)
         made.goal_of = goal_of
         found = [line.removeprefix("# ") for line in to.read_text(encoding="utf-8").splitlines() if line.startswith("# ")]
         made.about = f"**Found in {file.name}**  \n" + "  \n".join(found)

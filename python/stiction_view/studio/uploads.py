@@ -8,11 +8,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
+from stiction.sdf import DEEPEST, LEFT_OUT, is_deep
+
 MAX_BYTES = 20_000_000  # of one file
 MAX_TOTAL = 200_000_000  # of all of them
-ROBOTS = {".urdf": "URDF", ".xml": "MJCF", ".mjcf": "MJCF"}
+ROBOTS = {".urdf": "URDF", ".xml": "MJCF", ".mjcf": "MJCF", ".sdf": "SDF"}
 MESHES = (".stl", ".obj", ".dae")
-EXPECTED = "a URDF (.urdf), an MJCF (.xml, .mjcf) or a mesh (.stl, .obj, .dae)"
+EXPECTED = "a URDF (.urdf), an MJCF (.xml, .mjcf), an SDF (.sdf) or a mesh (.stl, .obj, .dae)"
 ARCHIVES = ((b"PK\x03\x04", "zip"), (b"PK\x05\x06", "zip"), (b"\x1f\x8b", "gzip"), (b"BZh", "bzip2"), (b"\xfd7zXZ", "xz"), (b"7z\xbc\xaf", "7z"))
 
 
@@ -67,6 +69,10 @@ def parse(name: str, content: bytes) -> ET.Element:
         raise Refused(f"{name}: no XML ({error})") from None
 
 
+def is_sdf(name: str) -> bool:
+    return PurePosixPath(name).suffix.lower() == ".sdf"
+
+
 def references(root: ET.Element) -> Iterator[tuple[str, str]]:
     """Element and path of every file that a robot file names."""
     folders = {"mesh": "", "texture": ""}
@@ -92,8 +98,39 @@ def inside(name: str, element: str, uri: str) -> PurePosixPath:
     return path
 
 
+def inside_sdf(name: str, uri: ET.Element) -> PurePosixPath:
+    """As inside(); each scheme is a folder beside the file. Raises Refused."""
+    given = (uri.text or "").strip()
+    path = inside(name, "uri", re.sub(r"^(model|package|file)://", "", given))
+    if path.suffix.lower() not in MESHES:
+        raise Refused(f"{name}: uri: got '{given}', expected a mesh ({', '.join(MESHES)})")
+    return path
+
+
+def used(root: ET.Element) -> Iterator[ET.Element]:
+    """What an SDF has, without what is left out of its MJCF."""
+    open_ = [root]
+    while open_:
+        yield (found := open_.pop())
+        open_ += [child for child in reversed(found) if child.tag not in LEFT_OUT]
+
+
+def meshes_of_sdf(name: str, root: ET.Element) -> list[tuple[ET.Element, PurePosixPath]]:
+    """Each <uri> that is used, with its path below the folder of the file. Raises Refused: a part of it is in another file."""
+    if root.tag != "sdf":
+        raise Refused(f"{name}: root element: got '{root.tag}', expected 'sdf'")
+    if is_deep(root):
+        raise Refused(f"{name}: got more than {DEEPEST} elements in each other, expected fewer")
+    elements = list(used(root))
+    for include in (element for element in elements if element.tag == "include"):
+        raise Refused(f"{name}: got the model '{(include.findtext('uri') or '').strip()}' inside it, expected one file that holds the whole robot; `stiction studio {name}` opens it with its models")
+    return [(element, inside_sdf(name, element)) for element in elements if element.tag == "uri"]
+
+
 def wanted(robot: str, content: bytes) -> list[PurePosixPath]:
     """Meshes that a robot names, below its folder. Raises Refused: one lies outside, or a part of the robot is in another file."""
+    if is_sdf(robot):
+        return [path for _, path in meshes_of_sdf(robot, parse(robot, content))]
     kinds = {"mesh", "texture", "include", "hfield", "model", "skin", "flexcomp"}
     found = [(element, inside(robot, element, uri)) for element, uri in references(parse(robot, content))]
     paths = [path for element, path in found if element in kinds and path.suffix]
@@ -106,6 +143,11 @@ def wanted(robot: str, content: bytes) -> list[PurePosixPath]:
 def alone(name: str, content: bytes) -> bytes:
     """The content without what a reader would look for elsewhere: packages become folders beside it, materials of an OBJ are left out."""
     suffix = PurePosixPath(name).suffix.lower()
+    if is_sdf(name):
+        root = parse(name, content)
+        for uri, path in meshes_of_sdf(name, root):
+            uri.text = str(path)
+        return ET.tostring(root, encoding="utf-8")
     if suffix in ROBOTS:
         return re.sub(rb"package:/*", b"", content)
     return re.sub(rb"(?m)^[ \t]*mtllib[^\n]*", b"", content) if suffix == ".obj" else content

@@ -3,14 +3,14 @@
 namespace stiction::world {
 namespace {
 
-/// What a root element tells of a file.
+/// What a root element tells of a file. {} in the remedy is its name.
 struct Root {
   std::string_view element, what, remedy;
 };
 constexpr Root kRoots[] = {{"mujoco", "an MJCF", "an MJCF stands under the key mjcf"},
                            {"mujocoinclude", "a part of an MJCF", "the MJCF that includes it stands under the key mjcf"},
                            {"robot", "a URDF", "a URDF stands under the key urdf"},
-                           {"sdf", "an SDF", "`stiction import` makes an MJCF of it"},
+                           {"sdf", "an SDF", "`stiction import {} -o NEW.yaml` makes an MJCF of it, NEW.xml"},
                            {"COLLADA", "a mesh", "a mesh is named in the file of a robot"},
                            {"html", "a web page", "download the file itself"}};
 
@@ -41,11 +41,12 @@ const XMLElement* parse_xml(tinyxml2::XMLDocument& document, const std::string& 
   }
   const XMLElement* root = document.RootElement();
   if (root == nullptr || root->Name() == wanted.root) return root;
+  const std::string name = file.has_extension() ? file.filename().string() : "FILE";  // a text has no extension
   std::string got = fmt::format("'{}'", root->Name()), expected = fmt::format("'{}'", wanted.root);
   for (const Root& known : kRoots) {
     if (lower_case(known.element) != lower_case(root->Name())) continue;
     got += fmt::format(", so {}", known.what);
-    expected += fmt::format(", the root of {}; {}", wanted.name, known.remedy);
+    expected += fmt::format(", the root of {}; {}", wanted.name, fmt::format(fmt::runtime(known.remedy), name));
   }
   XmlReader(file).fail(*root, "root element", got, expected);
 }
