@@ -1,7 +1,8 @@
-"""Built-in scenarios whose arm has pictures: red boxes around all of its links, also around the first, which nothing can touch."""
+"""Built-in scenarios whose arm has pictures: red boxes around all of its balls, and one for its first link, which nothing can touch."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,16 +10,23 @@ import numpy as np
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
-HALF = 0.09  # of a box: more than the radius of a ball of this arm
-PICTURE = f"""<visual><origin xyz="0 0 0.03"/><geometry><box size="{2 * HALF} {2 * HALF} {2 * HALF}"/></geometry><material name="red"><color rgba="1 0 0 1"/></material></visual>"""
+WIDE = 1.2  # half a box, in radii of its ball
+BALL = re.compile(r'<collision name="ball_\d">\s*<origin xyz="([^"]*)"/>\s*<geometry><sphere radius="([^"]*)"/></geometry>\s*</collision>')
 RED = [255, 0, 0]
 LINKS = 8
 
 
+def picture(origin: str, radius: float) -> str:
+    size = " ".join([str(2 * WIDE * radius)] * 3)
+    return f"""<visual><origin xyz="{origin}"/><geometry><box size="{size}"/></geometry><material name="red"><color rgba="1 0 0 1"/></material></visual>"""
+
+
 def arm(folder: Path) -> Path:
     """The file of the arm."""
+    text, balls = BALL.subn(lambda found: found[0] + picture(found[1], float(found[2])), (ROOT / "models" / "iiwa7_balls.urdf").read_text())
+    assert balls == 14
     file = folder / "arm.urdf"
-    file.write_text((ROOT / "models" / "iiwa7_balls.urdf").read_text().replace("</inertial>", f"</inertial>{PICTURE}"))
+    file.write_text(text.replace("</inertial>", f"</inertial>{picture('0 0 0.07', 0.06)}", 1))
     return file
 
 
