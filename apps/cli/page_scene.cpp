@@ -1,5 +1,7 @@
 #include "page_scene.hpp"
 
+#include <filesystem>
+
 #include "stiction/tasks/pose_numbers.hpp"
 
 namespace stiction::app {
@@ -10,6 +12,8 @@ PageScene::PageScene(const world::Model& model, const std::vector<int>& hidden)
     : model_(model), work_(model), place_(model.bodies().size(), -1), hidden_(model.bodies().size(), 0) {
   for (const int body : hidden) hidden_[static_cast<std::size_t>(body)] = 1;
   for (const auto& geometry : model.geometries()) place_[static_cast<std::size_t>(geometry.body)] = 0;
+  for (std::size_t body = 0; body < place_.size(); ++body)
+    if (model.bodies()[body].kind == world::BodyKind::Robot) place_[body] = 0;
   for (int body = 0; body < static_cast<int>(place_.size()); ++body) {
     if (place(body) < 0) continue;
     place_[static_cast<std::size_t>(body)] = static_cast<int>(shown_.size());
@@ -21,6 +25,7 @@ void PageScene::write(Json& document) const {
   world::KinematicsWorkspace work(model_);
   world::Kinematics start;
   world::calc_kinematics(model_, model_.neutral(), work, start);
+  if (const auto& file = model_.scene().file; !file.empty()) document["scene_file"] = std::filesystem::absolute(file).string();
   document["bodies"] = document["geometries"] = Json::array();
   for (const int b : shown_) {
     const auto& body = model_.bodies()[static_cast<std::size_t>(b)];

@@ -7,13 +7,14 @@
 
 namespace stiction::app {
 
-/// A model as the page maker draws it: bodies and geometries as in a plan file, and where the bodies are that move.
+/// A model as the page maker draws it: bodies and geometries as in a plan file, and where the bodies are that move. Links of robots without geometry
+/// are there as well: files may show them.
 class PageScene {
  public:
   /// @param hidden  bodies that are drawn some other way: their geometries are left out
   explicit PageScene(const world::Model& model, const std::vector<int>& hidden = {});
 
-  /// The members "bodies" and "geometries" of a document.
+  /// The members "bodies" and "geometries" of a document, and "scene_file", from which the page maker reads how bodies look.
   void write(nlohmann::ordered_json& document) const;
 
   /// Poses of the moving bodies, [x, y, z, qw, qx, qy, qz] in W each. @param q  (n_q)
@@ -26,7 +27,7 @@ class PageScene {
   const world::Model& model_;
   world::KinematicsWorkspace work_;
   world::Kinematics kinematics_;
-  std::vector<int> shown_, place_;  ///< bodies with geometry; where each is in that list, −1: nowhere
+  std::vector<int> shown_, place_;  ///< bodies that are drawn; where each is in that list, −1: nowhere
   std::vector<char> hidden_;        ///< per body
 };
 

@@ -31,7 +31,6 @@ function color(t) {
   const x = Math.min(Math.max(t, 0), 1) * (COLORS.length - 1), k = Math.min(Math.floor(x), COLORS.length - 2);
   return COLORS[k].map((c, j) => Math.round(c + (x - k) * (COLORS[k + 1][j] - c)));
 }
-at("bar").style.background = `linear-gradient(to right, ${COLORS.map((c) => `rgb(${c})`).join(", ")})`;
 
 // ---- WebGL ----
 const canvas = at("view"), gl = canvas.getContext("webgl2", { alpha: false, antialias: true, preserveDrawingBuffer: true });
@@ -55,17 +54,18 @@ void main() {
 gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `#version 300 es
 precision highp float;
 in vec3 normal, eye; in float v;
-uniform vec4 tint; uniform float field; uniform sampler2D lut; uniform float round;
+uniform vec4 tint; uniform float field; uniform sampler2D lut; uniform float round; uniform float fade;
 out vec4 result;
 void main() {
   if (round > 0.5 && length(gl_PointCoord - 0.5) > 0.5) discard;
   vec3 n = normalize(normal); if (dot(n, eye) < 0.0) n = -n;
   vec3 base = field > 0.5 ? texture(lut, vec2(clamp(v, 0.0, 1.0), 0.5)).rgb : tint.rgb;
   float light = 0.42 + 0.38 * max(dot(n, normalize(vec3(0.35, 0.7, 0.6))), 0.0) + 0.28 * max(dot(n, normalize(eye)), 0.0);
-  result = vec4(round > 0.5 ? base * 0.75 : base * light, tint.a);
+  float cover = fade < 1.0 ? clamp((1.0 - v) / (1.0 - fade), 0.0, 1.0) : 1.0;
+  result = vec4(round > 0.5 ? base * 0.75 : base * light, tint.a * cover);
 }`));
 gl.linkProgram(program); gl.useProgram(program);
-const uniform = Object.fromEntries(["X_WB", "view", "projection", "size", "tint", "field", "lut", "round"].map((n) => [n, gl.getUniformLocation(program, n)]));
+const uniform = Object.fromEntries(["X_WB", "view", "projection", "size", "tint", "field", "lut", "round", "fade"].map((n) => [n, gl.getUniformLocation(program, n)]));
 gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
 gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array([...Array(256).keys()].flatMap((i) => [...color(i / 255), 255])));
 for (const [key, value] of [["MIN_FILTER", "LINEAR"], ["MAG_FILTER", "LINEAR"], ["WRAP_S", "CLAMP_TO_EDGE"], ["WRAP_T", "CLAMP_TO_EDGE"]])
@@ -105,17 +105,31 @@ function turned(profile) {  // a profile of (radius, z) about z, flat between tw
 const shaft = turned([[0, 0], [1, 0], [1, 1]]), head = turned([[0, 0], [1, 0], [0, 1]]);
 const ball = turned([...Array(13).keys()].map((i) => [Math.cos((i / 12 - 0.5) * Math.PI), Math.sin((i / 12 - 0.5) * Math.PI)]));
 
-const meshes = data.meshes.map((m) => ({ ...m, ...upload(f32(m.points), f32(m.normals), u32(m.triangles)),
+function normalsOf(p, triangles) {  // means over the triangles at a point, by area
+  const out = new Float32Array(p.length), at = (i) => [p[3 * i], p[3 * i + 1], p[3 * i + 2]];
+  for (let k = 0; k < triangles.length; k += 3) {
+    const a = at(triangles[k]), n = cross(sub(at(triangles[k + 1]), a), sub(at(triangles[k + 2]), a));
+    for (let c = k; c < k + 3; ++c) for (let j = 0; j < 3; ++j) out[3 * triangles[c] + j] += n[j];
+  }
+  return out;
+}
+function uploadMesh(m) {
+  const p = f32(m.points), triangles = u32(m.triangles);
+  return upload(p, m.normals ? f32(m.normals) : normalsOf(p, triangles), triangles);
+}
+const meshes = data.meshes.map((m) => ({ ...m, ...uploadMesh(m),
   near: m.near && u16(m.near), weight: m.weight && new Uint8Array(bytes(m.weight)) }));
 const dots = (data.samples || []).map((s) => ({ ...s, ...upload(f32(s.points), f32(s.normals), null) }));
+const dressed = meshes.some((m) => m.as === "seen");
 const poses = f32(data.poses), bodies = data.bodies, frames = data.times.length;
 
 // ---- state ----
-let frame = 0, chosen = 0, showDots = false, playing = false;
+let frame = 0, chosen = 0, showDots = false, playing = false, seen = dressed;  // seen: bodies as their files show them, else what touches
 const camera = { look: data.view.look_at, radius: data.view.radius, distance: 0, azimuth: data.view.azimuth, elevation: data.view.elevation, set: false };
 const FOV = 0.6;
 
 function field() { return data.fields && data.fields[chosen]; }
+function fadesFrom() { return field().fades_from || 0; }  // the value from which a field fades to what is seen, at 1
 function valuesOf(link) {
   const f = field(), of = f.values[f.values.length > 1 ? frame : 0];
   return of && u16(of[link]);
@@ -150,11 +164,12 @@ function matrices() {
   const projection = new Float32Array([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0]);
   return { view, projection };
 }
-function paint(mesh, X, tint, alpha, withField = false, mode = gl.TRIANGLES) {
+function paint(mesh, X, tint, alpha, withField = false, mode = gl.TRIANGLES, fade = 1) {
   gl.bindVertexArray(mesh.vao);
   gl.uniformMatrix4fv(uniform.X_WB, false, X);
   gl.uniform4f(uniform.tint, tint[0] / 255, tint[1] / 255, tint[2] / 255, alpha);
   gl.uniform1f(uniform.field, withField ? 1 : 0);
+  gl.uniform1f(uniform.fade, fade);
   gl.uniform1f(uniform.round, mode === gl.POINTS ? 1 : 0);
   if (mode === gl.POINTS) gl.drawArrays(mode, 0, mesh.count);
   else gl.drawElements(mode, mesh.count, gl.UNSIGNED_INT, 0);
@@ -183,16 +198,34 @@ function draw() {
   gl.uniformMatrix4fv(uniform.view, false, view); gl.uniformMatrix4fv(uniform.projection, false, projection);
   gl.uniform1f(uniform.size, 5 * ratio);
   const where = (body) => pose(poses, 7 * (frame * bodies + body));
-  const shown = meshes.filter((m) => !m.frames || (m.frames[0] <= frame && frame < m.frames[1]));
-  for (const m of shown) if (m.alpha === 1) paint(m, where(m.body), m.color, 1, m.link !== undefined);
+  const shown = meshes.filter((m) => (!m.frames || (m.frames[0] <= frame && frame < m.frames[1])) && (!m.as || (m.as === "seen") === seen));
+  const opaque = (some) => { for (const m of some) if (m.alpha === 1) paint(m, where(m.body), m.color, 1, m.link !== undefined); };
+  const translucent = (some) => {
+    gl.enable(gl.BLEND); gl.depthMask(false);
+    for (const m of some) if (m.alpha < 1) paint(m, where(m.body), m.color, m.alpha);
+    gl.depthMask(true); gl.disable(gl.BLEND);
+  };
+  const marks = seen ? shown.filter((m) => m.mark) : shown;  // with what touches all is drawn at once
+  if (seen) { const rest = shown.filter((m) => !m.mark); opaque(rest); translucent(rest); turnToWhatTouches(where); }
+  opaque(marks);
   if (showDots) for (const d of dots) paint(d, where(d.body), [0, 0, 0], 1, true, gl.POINTS);
   for (const a of arrows) paintArrow(a, 1);
+  translucent(marks);
   gl.enable(gl.BLEND); gl.depthMask(false);
-  for (const m of shown) if (m.alpha < 1) paint(m, where(m.body), m.color, m.alpha);
   gl.disable(gl.DEPTH_TEST);
   for (const a of arrows) paintArrow(a, a.front ? 1 : 0.25);  // what is behind the robot shows through
   gl.enable(gl.DEPTH_TEST); gl.depthMask(true); gl.disable(gl.BLEND);
   placeLabels(arrows, multiply(projection, view));
+}
+// Marks lie on what touches: over bodies as they are seen, and hidden by nothing but what touches. A field there fades to what is seen where it says nothing.
+function turnToWhatTouches(where) {
+  gl.clear(gl.DEPTH_BUFFER_BIT);
+  gl.colorMask(false, false, false, false);
+  for (const m of meshes) if (m.as === "touches" || (!m.as && !m.mark && m.alpha === 1)) paint(m, where(m.body), m.color, 1);
+  gl.colorMask(true, true, true, true);
+  gl.enable(gl.BLEND); gl.depthMask(false); gl.depthFunc(gl.LEQUAL);
+  for (const m of meshes) if (m.as === "touches" && m.link !== undefined) paint(m, where(m.body), m.color, 1, true, gl.TRIANGLES, fadesFrom());
+  gl.depthFunc(gl.LESS); gl.depthMask(true); gl.disable(gl.BLEND);
 }
 function placeLabels(arrows, M) {
   const labels = [...document.querySelectorAll(".label")], taken = [];
@@ -297,9 +330,18 @@ if (data.fields) {
   input.type = "checkbox"; input.id = "dots"; input.addEventListener("change", () => { showDots = input.checked; draw(); });
   label.append(input, "samples"); at("choice").append(label);
 }
+if (dressed) {
+  const button = at("stiction").querySelector("button"), name = () => { button.textContent = seen ? "Show what touches" : "Show what is seen"; };
+  button.hidden = false; name();
+  button.addEventListener("click", () => { seen = !seen; name(); choose(); });
+}
 function choose() {
   const f = field();
-  if (f) { at("low").textContent = f.low; at("high").textContent = f.high; at("meaning").textContent = f.meaning; }
+  if (f) {
+    const stops = [...Array(41).keys()].map((i) => `rgba(${color(i / 40)}, ${seen ? Math.min(1, (1 - i / 40) / (1 - fadesFrom())) : 1})`);
+    at("bar").style.background = `linear-gradient(to right, ${stops.join(", ")})`;
+    at("low").textContent = f.low; at("high").textContent = f.high; at("meaning").textContent = f.meaning;
+  }
   showField(); draw();
 }
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from . import links
 from .bodies import Color, body_meshes
+from .looks import Looks
 from .plan import Body, Geometry
 
 CREASE = 0.8  # [rad] edges sharper than this look sharp
@@ -96,6 +97,29 @@ def mesh_entry(body: int, corners: np.ndarray, color: Color, alpha: float = 1.0)
         "normals": pack(normals, "<f4"),
         "triangles": pack(triangles, "<u4"),
     }
+
+
+def dress(entries: list[dict[str, Any]], bodies: list[Body], looks: Looks) -> list[dict[str, Any]]:
+    """Entries of what touches, and after them those of bodies as their files show them; the page draws one of both. Normals of the latter are left to the page."""
+    drawn = {index: looks.patches[body.name] for index, body in enumerate(bodies) if body.name in looks.patches}
+    touching = [entry | {"as": "touches"} if entry["body"] in drawn else entry for entry in entries]
+    return touching + [
+        {
+            "as": "seen",
+            "body": index,
+            "color": patch.color,
+            "alpha": 1.0 if patch.opacity is None else patch.opacity,
+            "points": pack(patch.vertices, "<f4"),
+            "triangles": pack(patch.triangles, "<u4"),
+        }
+        for index, patches in drawn.items()
+        for patch in patches
+    ]
+
+
+def seen_points(bodies: list[Body], looks: Looks) -> list[tuple[int, np.ndarray]]:
+    """Of bodies as their files show them, in their frames."""
+    return [(index, patch.vertices.astype(float)) for index, body in enumerate(bodies) for patch in looks.patches.get(body.name, [])]
 
 
 # ---- what moves ----

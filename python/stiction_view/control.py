@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import bodies as drawn
-from . import canvas
+from . import canvas, dress
 from .plan import read_bodies, read_document, rotation_matrices
 
 FORMAT = "stiction-control"
@@ -42,6 +42,7 @@ def read(data: dict[str, Any]) -> dict[str, Any]:
     if not frames:
         raise ValueError("frames: none, nothing to draw")
     bodies, geometries = read_bodies(data)
+    looks = dress.of_scene(data.get("scene_file"))
     world = canvas.Scene(bodies, geometries, np.array([f["bodies"] for f in frames], dtype=float))
     everywhere = world.all_poses()
 
@@ -51,6 +52,7 @@ def read(data: dict[str, Any]) -> dict[str, Any]:
         color = drawn.FIXED if bodies[body].kind == "fixed" else drawn.ROBOT if bodies[body].moving is not None else drawn.ROBOT_BASE
         entries.append(canvas.mesh_entry(body, corners, color, 1.0 if robot else 0.55))
         seen.append((body, corners.reshape(-1, 3)))
+    seen += canvas.seen_points(bodies, looks)
     some = everywhere[:: max(1, len(everywhere) // 10)]
     robots = [p @ rotation_matrices(pose[None, b, 3:])[0].T + pose[b, :3] for pose in some for b, p in seen if bodies[b].kind == "robot"]
     cloud = np.concatenate(robots or [np.zeros((1, 3))])
@@ -78,12 +80,12 @@ def read(data: dict[str, Any]) -> dict[str, Any]:
         "description": data["description"],
         "view": view,
         "bodies": len(bodies),
-        "meshes": entries,
+        "meshes": canvas.dress(entries, bodies, looks),
         "poses": canvas.pack(everywhere, "<f4"),
         "times": [t["t"] for t in shown],
         "arrows": arrows,
         "arrow": canvas.arrow_scale([float(np.linalg.norm(f)) for f in pushes], view["radius"]),
-        "rows": [["law", LAWS.get(data["law"], data["law"])], ["bound", f"{limit:g} N"], ["impact", f"{max([float(np.linalg.norm(f)) for f in pushes], default=0.0):.1f} N at most"]],
+        "rows": [["law", LAWS.get(data["law"], data["law"])], ["bound", f"{limit:g} N"], ["impact", f"{max([float(np.linalg.norm(f)) for f in pushes], default=0.0):.1f} N at most"], *looks.rows()],
         "frame_rows": [_rows(data, tick) for tick in shown],
         "keys": [[drawn.FORCE, "contact force on the arm"]],
         "plot_times": canvas.pack(np.array([t["t"] for t in ticks]), "<f4"),

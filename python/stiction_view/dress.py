@@ -1,11 +1,11 @@
-"""Plans of files with the looks of their bodies, where the Python module `stiction` is there to read the scene."""
+"""Plans and scenes of files with the looks of their bodies, where the Python module `stiction` is there to read the scene."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .looks import NOTHING, Looks
+from .looks import NOTHING, Looks, read_looks
 from .plan import Plan
 
 if TYPE_CHECKING:
@@ -36,3 +36,17 @@ def of_file(file: Path, drawn: Plan, bare: bool = True) -> tuple[Plan, Looks]:
         return dressed, looks
     names = {body.name for body in drawn.bodies}
     return drawn, Looks({name: patches for name, patches in looks.patches.items() if name in names}, looks.notes)
+
+
+def of_scene(file: str | None) -> Looks:
+    """Of the bodies of a scene. Without the module or a file, or where the scene cannot be read any more, there are none."""
+    if file is None:
+        return NOTHING
+    try:
+        import stiction as st
+    except ImportError:
+        return NOTHING
+    try:
+        return read_looks(st.load_model(file))
+    except st.InvalidInput:
+        return NOTHING

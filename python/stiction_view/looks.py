@@ -37,6 +37,10 @@ class Looks:
     def __bool__(self) -> bool:
         return bool(self.patches)
 
+    def rows(self) -> list[tuple[str, str]]:
+        """What a page says of meshes that could not be read."""
+        return [("not shown", f"{len(self.notes)} meshes: {self.notes[0]}")] if self.notes else []
+
     def mesh(self, name: str) -> meshes.Mesh:
         """All patches of a body as one mesh, in one colour."""
         parts = self.patches[name]

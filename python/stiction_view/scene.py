@@ -69,8 +69,7 @@ def _record(make_drawing: Callable[[viser.ViserServer], Drawing]) -> tuple[State
 def _with_overlay(page: str, drawing: Drawing) -> str:
     """Adds a title, figures, charts and a key to viser's page, and colours its time bar by kind of segment."""
     task = html.escape(drawing.plan.task)
-    missing = [("not shown", f"{len(drawing.looks.notes)} meshes: {drawing.looks.notes[0]}")] if drawing.looks.notes else []
-    rows = "".join(f"<tr><td>{html.escape(k)}</td><td>{html.escape(v)}</td></tr>" for k, v in [*drawing.summary(), *missing])
+    rows = "".join(f"<tr><td>{html.escape(k)}</td><td>{html.escape(v)}</td></tr>" for k, v in [*drawing.summary(), *drawing.looks.rows()])
 
     def key(color: Color, text: str) -> str:
         return f'<span><i style="background:rgb{color}"></i>{text}</span>'

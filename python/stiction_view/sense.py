@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import bodies as drawn
-from . import canvas
+from . import canvas, dress
 from .plan import read_bodies, read_document, rotation_matrices
 
 FORMAT = "stiction-sense"
@@ -34,6 +34,7 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
     chosen = np.unique(np.linspace(0, len(moments) - 1, min(len(moments), MAX_MOMENTS)).round().astype(int))
     total, moments = len(moments), [moments[i] for i in chosen]
     bodies, geometries = read_bodies(data)
+    looks = dress.of_scene(data.get("scene_file"))
     world = canvas.Scene(bodies, geometries, np.array([m["bodies"] for m in moments], dtype=float))
     everywhere = world.all_poses()
 
@@ -66,6 +67,7 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
         lifted = points + 0.05 * spacing * normals  # above the surface, so that they are seen
         samples.append({"body": link["body"], "link": index, "points": canvas.pack(lifted, "<f4"), "normals": canvas.pack(normals, "<f4")})
         seen.append((link["body"], vertices))
+    seen += canvas.seen_points(bodies, looks)
 
     arrows = [_arrows(moment) for moment in moments]
     cloud = np.concatenate([p @ rotation_matrices(pose[None, body, 3:])[0].T + pose[body, :3] for pose in everywhere[:: max(1, len(everywhere) // 5)] for body, p in seen])
@@ -79,14 +81,14 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
         "description": data["description"],
         "view": view,
         "bodies": len(bodies),
-        "meshes": entries,
+        "meshes": canvas.dress(entries, bodies, looks),
         "samples": samples,
         "poses": canvas.pack(everywhere, "<f4"),
         "times": [m["t"] for m in moments],
         "arrows": arrows,
         "arrow": canvas.arrow_scale([float(np.linalg.norm(a["force"])) for some in arrows for a in some if a["color"] != OTHER], view["radius"]),
         "fields": _fields(data, moments),
-        "rows": [["friction", f"{data['friction']:g}"], *([["shown", f"{len(moments)} of {total} moments"]] if len(moments) < total else [])],
+        "rows": [["friction", f"{data['friction']:g}"], *([["shown", f"{len(moments)} of {total} moments"]] if len(moments) < total else []), *looks.rows()],
         "frame_rows": [_rows(m) for m in moments],
         "keys": [[EXPLAINS, "explains the torques"], [OTHER, "does not"], *([[TRUTH, "the contact"]] if data["truths"] else [])],
     }
@@ -170,6 +172,7 @@ def _credible(moments: list[dict[str, Any]]) -> list[dict[str, Any]]:
             "low": "0: the likeliest",
             "high": "100 %: not touched",
             "meaning": "Share of the probability of a touch that likelier places hold. Places up to 95 % are the credible set.",
+            "fades_from": 0.95,
             "values": [[canvas.shares(np.array(link)) for link in m["posterior"]["levels"]] for m in moments],
         }
     ]

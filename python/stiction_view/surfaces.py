@@ -122,3 +122,28 @@ def share_out(counts: list[int], most: int) -> int:
         else:
             high = middle - 1
     return low
+
+
+def find_ways_out(points: np.ndarray, normals: np.ndarray, surface: Surface, most: float) -> np.ndarray:
+    """How far each point (n, 3) has to go along its normal until no triangle within `most` lies before it; 0: none does. Lines meet triangles after Möller and Trumbore 1997."""
+    vertices, triangles = surface
+    out = np.zeros(len(points))
+    if not len(triangles):
+        return out
+    a = vertices[triangles[:, 0]]
+    ab, ac = vertices[triangles[:, 1]] - a, vertices[triangles[:, 2]] - a
+    low, high = (f(vertices[triangles], axis=1) for f in (np.min, np.max))
+    for i, (p, n) in enumerate(zip(points, normals)):
+        ends = np.stack([p, p + most * n])
+        near = np.flatnonzero(((low <= ends.max(axis=0)) & (high >= ends.min(axis=0))).all(axis=1))
+        across = np.cross(n, ac[near])
+        slant = np.einsum("ij,ij->i", ab[near], across)
+        with np.errstate(divide="ignore", invalid="ignore"):  # triangles along the line are not met
+            from_a = p - a[near]
+            u = np.einsum("ij,ij->i", from_a, across) / slant
+            turned = np.cross(from_a, ab[near])
+            v = turned @ n / slant
+            t = np.einsum("ij,ij->i", ac[near], turned) / slant
+            met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t >= 0) & (t <= most)
+        out[i] = t[met].max(initial=0)
+    return out

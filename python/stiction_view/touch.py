@@ -51,19 +51,19 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
     place, frames = len(data["bodies"]) - 1, len(page["times"])
     unknown = {k for k, body in enumerate(data["bodies"]) if body["name"] in data["unknown"]}
     for mesh in page["meshes"]:
-        if mesh["body"] in unknown:
+        if mesh["body"] in unknown:  # of which no file shows anything
             mesh.update(color=UNKNOWN, alpha=0.3)
 
     def since(t: float) -> int:
         return int(np.searchsorted(page["times"], t))
 
     for touch in data["touches"]:
-        page["meshes"].append(canvas.mesh_entry(place, _ball(touch), BALL, 0.45) | {"frames": [since(touch["t"]), frames]})
+        page["meshes"].append(canvas.mesh_entry(place, _ball(touch), BALL, 0.45) | {"frames": [since(touch["t"]), frames], "mark": True})
     ends = [since(route["t"]) for route in data["routes"][1:]] + [frames]
     for route, end in zip(data["routes"], ends):
         corners = tube(np.array(route["points"], dtype=float).reshape(-1, 3), 0.006 * page["view"]["radius"])
         if len(corners):
-            page["meshes"].append(canvas.mesh_entry(place, corners, ROUTE) | {"frames": [since(route["t"]), end]})
+            page["meshes"].append(canvas.mesh_entry(place, corners, ROUTE) | {"frames": [since(route["t"]), end], "mark": True})
 
     shown = [data["ticks"][f["tick"]] for f in data["frames"]]
     for tick, arrows, rows in zip(shown, page["arrows"], page["frame_rows"]):

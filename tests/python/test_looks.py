@@ -100,6 +100,15 @@ def test_triangles_are_shared_out() -> None:
     assert surfaces.share_out([], 10) == 1
 
 
+def test_way_out_ends_at_the_last_triangle_within_reach() -> None:
+    inner, outer = box_of(2), box_of(3)
+    thick = np.concatenate([inner[0], 1.5 * outer[0]]), np.concatenate([inner[1], outer[1] + len(inner[0])])
+    x, y = np.array([[0.9, 0.1, 0.2], [1.2, 0.1, 0.2], [1.6, 0.1, 0.2]]), np.tile([1.0, 0, 0], (3, 1))
+    np.testing.assert_allclose(surfaces.find_ways_out(x, y, thick, 1), [0.6, 0.3, 0], atol=1e-12)
+    np.testing.assert_allclose(surfaces.find_ways_out(x, y, thick, 0.2), [0.1, 0, 0], atol=1e-12)
+    assert not surfaces.find_ways_out(x, y, (np.empty((0, 3)), np.empty((0, 3), dtype=int)), 1).any()
+
+
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     (tmp_path / "scene.xml").write_text(SCENE)

@@ -42,6 +42,20 @@ def test_a_ray_means_the_first_sample_that_faces_it() -> None:
     assert find_sample(origin, -towards, samples) is None
 
 
+def test_arm_is_drawn_as_its_file_shows_it_and_samples_lie_on_that(live: Live) -> None:
+    drawing = live.drawing
+    assert drawing.seen and all(node.visible for node in drawing.seen) and not any(node.visible for node in drawing.touched)
+    lifts = []
+    for link in live.sensor.links:
+        lift = np.einsum("ij,ij->i", np.array(live.clouds[link.name].points) - link.p_L, link.n_L) / link.spacing
+        assert lift.min() > 0.1 - 1e-3 and lift.max() < 1.1 + 1e-3
+        lifts.append(lift)
+    assert np.concatenate(lifts).max() > 0.2, "the file shows more than touches somewhere"
+    live.touching.value = True
+    live.tick(10.0)
+    assert not any(node.visible for node in drawing.seen) and all(node.visible for node in drawing.touched)
+
+
 def test_moments_pass_as_they_were_measured(live: Live) -> None:
     times = np.array(live.scenario.times)
     seen = []

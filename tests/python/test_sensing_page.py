@@ -13,7 +13,8 @@ import pytest
 import yaml
 
 import browser
-from stiction_view import InvalidPlan
+import pictured
+from stiction_view import InvalidPlan, dress, looks
 from stiction_view.canvas import blend, refine, shade
 from stiction_view.control import load_control
 from stiction_view.plan import rotation_matrices
@@ -209,6 +210,90 @@ def test_control_page_moves_with_its_slider_and_plots(controlled: tuple[Path, di
         window.evaluate("document.getElementById('play').click()")
         window.wait_for(lambda: int(window.evaluate("document.getElementById('slider').value")) > 291, 30, "the playback")
         assert window.errors == []
+
+
+# ---- bodies as their files show them ----
+
+SENSED = {"scene": {"robots": [{"name": "arm"}]}, "sensing": {"friction": 0.5, "noise": 0.05}, "joints": {"joint_2": 0.6, "joint_4": -1.4, "joint_6": 1.1}, "contact": {"link": "arm/link_6", "point": [0.06, 0, 0], "force": 20}}
+
+
+@pytest.fixture(scope="module")
+def pictured_sense(program: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    folder = tmp_path_factory.mktemp("pictured_sense")
+    return folder / "page.html", make(program, "sense", pictured.write(SENSED, folder), folder / "page.html")[1]
+
+
+@pytest.fixture(scope="module")
+def pictured_control(program: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    folder = tmp_path_factory.mktemp("pictured_control")
+    return folder / "page.html", make(program, "control", pictured.of("box_in_the_way", folder), folder / "page.html")[1]
+
+
+def test_pages_have_links_as_they_are_seen_and_as_they_touch(pictured_sense: tuple[Path, dict], pictured_control: tuple[Path, dict]) -> None:
+    for _, page in (pictured_sense, pictured_control):
+        pictured.check(page)
+        seen = [numbers(mesh["points"], "<f4").reshape(-1, 3) for mesh in page["meshes"] if mesh.get("as") == "seen"]
+        np.testing.assert_allclose([seen[0].min(axis=0), seen[0].max(axis=0)], [[-0.072, -0.072, -0.002], [0.072, 0.072, 0.142]], atol=1e-6)
+        half = pictured.WIDE * 0.067
+        np.testing.assert_allclose([seen[1].min(axis=0), seen[1].max(axis=0)], [[-half, -0.05 - half, 0.175 - half], [half, -0.05 + half, 0.175 + half]], atol=1e-6)
+    assert all(("link" in mesh) == (mesh["as"] == "touches") for mesh in pictured_sense[1]["meshes"]), "the field lies on what is sensed"
+
+
+def test_arm_of_the_package_has_its_colours(sensed: tuple[Path, dict, dict]) -> None:
+    colors = {tuple(mesh["color"]) for mesh in sensed[2]["meshes"] if mesh.get("as") == "seen"}
+    assert len(colors) > 2, "white with black and grey parts"
+    touching = {mesh["body"] for mesh in sensed[2]["meshes"] if mesh.get("as") == "touches"}
+    assert touching == {mesh["body"] for mesh in sensed[2]["meshes"] if mesh.get("as") == "seen"}
+
+
+def test_scene_that_is_gone_or_shows_nothing_has_no_looks(tmp_path: Path) -> None:
+    assert dress.of_scene(None) == looks.NOTHING == dress.of_scene(str(tmp_path / "gone.yaml"))
+    assert not dress.of_scene(str(ROOT / "scenarios" / "box_in_the_way.yaml"))
+
+
+def test_page_without_pictures_draws_what_touches_alone(controlled: tuple[Path, dict, dict]) -> None:
+    assert not any("as" in mesh for mesh in controlled[2]["meshes"])
+
+
+@browser.needed
+def test_marks_lie_over_bodies_as_they_are_seen_and_a_button_shows_what_touches(pictured_sense: tuple[Path, dict], pictured_control: tuple[Path, dict]) -> None:
+    label = "document.querySelector('#stiction button').textContent"
+    with browser.Browser() as window:
+        opened(window, pictured_sense[0])
+        assert window.evaluate(label) == "Show what touches"
+        boxes = scene(window)
+        assert pictured.red(boxes) > 0.01, "the boxes"
+        assert yellow(boxes) > 1e-4, "places that explain the torques, which are inside the boxes"
+        window.evaluate("document.querySelectorAll('[name=field]')[2].click()")
+        boxes = scene(window)
+        assert yellow(boxes) == 0 and (boxes[..., 2] > np.maximum(60, 1.3 * boxes[..., 0])).mean() > 1e-5, "the credible set, far smaller, in blue up to its edge"
+        window.evaluate("document.getElementById('dots').click()")
+        assert np.abs(scene(window).astype(int) - boxes).max() > 50, "samples as well"
+        window.evaluate("document.querySelector('#stiction button').click()")
+        assert window.evaluate(label) == "Show what is seen"
+        assert pictured.red(scene(window)) < 1e-3
+        assert window.errors == []
+
+        opened(window, pictured_control[0])
+        middle = "const b = document.querySelector('#stiction button'), r = b.getBoundingClientRect()"
+        assert window.evaluate(f"(() => {{ {middle}; return document.elementFromPoint(r.x + r.width / 2, r.y + r.height / 2) === b; }})()"), "beside plots in a low window, too"
+        touched = max(range(len(pictured_control[1]["arrows"])), key=lambda k: len(pictured_control[1]["arrows"][k]))
+        window.evaluate(f"s = document.getElementById('slider'); s.value = {touched}; s.dispatchEvent(new Event('input'))")
+        boxes = scene(window)
+        assert pictured.red(boxes) > 0.01 and pictured.arrows(boxes) > 1e-4, "the force at a contact inside a box"
+        window.evaluate("document.querySelector('#stiction button').click()")
+        balls = scene(window)
+        assert pictured.red(balls) < 1e-3 and pictured.arrows(balls) > 1e-4
+        window.evaluate("document.querySelector('#stiction button').click()")
+        assert np.array_equal(scene(window), boxes), "and back"
+        assert window.errors == []
+
+
+@browser.needed
+def test_page_without_pictures_has_no_button(controlled: tuple[Path, dict, dict]) -> None:
+    with browser.Browser() as window:
+        opened(window, controlled[0])
+        assert window.evaluate("document.querySelector('#stiction button').hidden")
 
 
 # ---- surfaces ----

@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 import browser
+import pictured
 from stiction_view import InvalidPlan
 from stiction_view.touch import load_touch, tube
 
@@ -66,6 +67,18 @@ def test_page_shows_balls_and_routes_from_when_they_were_known(reached: tuple[Pa
     routes = [mesh["frames"] for mesh in timed if mesh["alpha"] == 1]
     assert [r[0] for r in routes] == [int(np.searchsorted(times, r["time_s"])) for r in out["routes"]]
     assert [r[1] for r in routes] == [r[0] for r in routes[1:]] + [frames], "one route at a time"
+    assert all(mesh["mark"] for mesh in timed) and not any("as" in mesh for mesh in page["meshes"])
+
+
+def test_page_of_an_arm_with_pictures_has_them_and_the_same_marks(program: Path, tmp_path: Path, reached: tuple[Path, dict, dict]) -> None:
+    done = run(program, pictured.of(SCENARIO, tmp_path), "--seed", 0, "--html", tmp_path / "page.html")
+    assert done.returncode == 0, done.stderr
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', (tmp_path / "page.html").read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    page = json.loads(found.group(1))
+    pictured.check(page)
+    marks, before = ([mesh["points"] for mesh in data["meshes"] if mesh.get("mark")] for data in (page, reached[2]))
+    assert len(marks) == len(before) and page["arrows"] == reached[2]["arrows"], "pictures change nothing of what is felt"
 
 
 def test_plots_of_the_page_are_the_figures_of_the_program(reached: tuple[Path, dict, dict]) -> None:

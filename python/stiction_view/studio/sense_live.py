@@ -18,11 +18,13 @@ import stiction as st
 import viser
 
 from .. import bodies as drawn
+from .. import surfaces
 from ..bodies import Color, body_meshes
 from ..camera import choose_view
 from ..drawing import Drawing, light, look
 from ..program import add_address, announce, check_interrupted, end_on_signals, run_until_interrupted
 from ..sense import EXPLAINS, MAX_OTHERS, OTHER, TRUTH
+from .panel import TOUCHES
 from .picture import Pictures
 from .scenario import VERDICTS
 from .server import serving
@@ -76,7 +78,7 @@ class Live:
 
         self.pictures = Pictures(self.model)
         plan = self.pictures.plan(self.configuration(0), st.Pose(np.eye(3), np.zeros(3)), 0, scenario.name)
-        self.drawing = Drawing(server, plan, root=root, rods=self.pictures.rods(), with_goal=False)
+        self.drawing = Drawing(server, plan, root=root, rods=self.pictures.rods(), with_goal=False, looks=self.pictures.looks())
         self.drawing.label.visible = False
         self.view = choose_view(plan, body_meshes(plan, {}), self.drawing.frames)
         if not root:
@@ -99,7 +101,10 @@ class Live:
     # ---- nodes ----
 
     def _add_cloud(self, link: st.SensedLink) -> viser.PointCloudHandle:
-        lifted = link.p_L + 0.1 * link.spacing * link.n_L  # above the surface, so that they are seen
+        patches = self.pictures.looks().patches.get(link.name, [])
+        under = [surfaces.find_ways_out(link.p_L, link.n_L, (patch.vertices, patch.triangles), link.spacing) for patch in patches]
+        above = 0.1 * link.spacing + np.max(under or [np.zeros(len(link.p_L))], axis=0)  # what touches and what is seen there
+        lifted = link.p_L + above[:, None] * link.n_L
         return self.server.scene.add_point_cloud(
             f"{self.root}/residual/{drawn.slug(link.name)}", lifted.astype(np.float32), np.tile(HIGH.astype(np.uint8), (len(lifted), 1)), point_size=0.7 * link.spacing, point_shape="circle", precision="float32"
         )
@@ -117,6 +122,9 @@ class Live:
         gui.add_markdown(f"**{self.scenario.name}**  \n{self.scenario.description}")
         self.play = gui.add_checkbox("play", True)
         self.force = gui.add_number("click pushes with [N]", 15.0, min=1.0, max=200.0, step=1.0)
+        if not self.root and self.pictures.looks():
+            self.touching = gui.add_checkbox(TOUCHES, False, hint="The shapes that are sensed, in place of what is seen")
+            self.touching.on_update(lambda _: self.events.put(lambda: self.drawing.show_as(seen=not self.touching.value)))
         self.words = gui.add_markdown("")
 
     # ---- moments ----
