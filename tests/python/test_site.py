@@ -41,10 +41,10 @@ def test_gallery_has_twelve_built_in_tasks_whose_pictures_open_their_pages() -> 
 def test_figures_on_the_page_of_tools_are_those_of_the_benchmark() -> None:
     rows = {cells[0]: cells for line in (ROOT / "docs/benchmark.md").read_text(encoding="utf-8").splitlines() if len(cells := [c.strip() for c in line.strip("|").split("|")]) == 9}
     page = (ROOT / "docs/which_tool.md").read_text(encoding="utf-8")
-    _, tasks, _, _, planned, _, reached, *_ = rows["all"]
-    assert f"plans {planned} of {tasks} and reaches {reached} of {tasks}" in page
+    _, _, runs, _, planned, _, reached, *_ = rows["all"]
+    assert f"plans {planned} of {runs} and reaches {reached} of {runs}" in page
     for name, words in (("pick and place", "Pick and place with a gripper"), ("tools", "Tools"), ("insertion", "Insertion")):
-        assert f"{words}: {rows[name][6]} of {rows[name][1]}" in page
+        assert f"{words}: {rows[name][6]} of {rows[name][2]}" in page
 
 
 def test_benchmark_has_a_picture_of_every_task_and_says_of_each_failure_why() -> None:
