@@ -280,14 +280,19 @@ def test_joint_that_follows_another_one(folder: Path) -> None:
     assert np.allclose(upper.R.T @ (tool.p - upper.p), [0.3 + 0.05 * np.cos(0.2), 0.05 * np.sin(0.2), 0], atol=1e-12), "0.05·(0 − 0.2) + 0.06 along x of the tool"
 
 
-@needs_drake
-def test_meshes_of_gazebo_are_written_beside_the_mjcf_in_metres(folder: Path) -> None:
-    """A DAE in centimetres, which MuJoCo does not read, scaled by (2, 1, 1)."""
+def write_scene_with_dae(folder: Path) -> None:
+    """The scene with a box of (10, 20, 30) cm from a DAE in centimetres, which MuJoCo does not read."""
     trimesh = pytest.importorskip("trimesh")
     pytest.importorskip("collada")
     text = trimesh.exchange.dae.export_collada(trimesh.creation.box((10, 20, 30))).decode()
     (folder / "block.dae").write_text(text.replace("<asset>", '<asset><unit name="cm" meter="0.01"/>', 1))
     (folder / "scene.sdf").write_text(SCENE.replace("wedge.obj", "block.dae"))
+
+
+@needs_drake
+def test_meshes_of_gazebo_are_written_beside_the_mjcf_in_metres(folder: Path) -> None:
+    """A DAE in centimetres, which MuJoCo does not read, scaled by (2, 1, 1)."""
+    write_scene_with_dae(folder)
     convert_sdf(folder / "scene.sdf", folder / "scene.xml")
     model = st.import_scene(folder / "scene.xml").model
     (mesh,) = [g for g in model.geometries if model.bodies[g.body].name == "robot/tool"]
@@ -297,11 +302,7 @@ def test_meshes_of_gazebo_are_written_beside_the_mjcf_in_metres(folder: Path) ->
 
 @needs_drake
 def test_an_imported_sdf_in_memory_holds_the_meshes_that_mujoco_does_not_read(folder: Path) -> None:
-    trimesh = pytest.importorskip("trimesh")
-    pytest.importorskip("collada")
-    text = trimesh.exchange.dae.export_collada(trimesh.creation.box((10, 20, 30))).decode()
-    (folder / "block.dae").write_text(text.replace("<asset>", '<asset><unit name="cm" meter="0.01"/>', 1))
-    (folder / "scene.sdf").write_text(SCENE.replace("wedge.obj", "block.dae"))
+    write_scene_with_dae(folder)
     before = sorted(folder.iterdir())
     with pytest.warns(UserWarning, match="links without <inertial>"):
         task = st.import_scene(folder / "scene.sdf")

@@ -45,25 +45,35 @@ void find_addresses(Plant::Impl& plant) {
   }
 }
 
-/// Diagonal of the mass matrix at neutral(), armature included (n_v).
-Eigen::VectorXd calc_inertia(const Plant::Impl& plant) {
+/// MuJoCo keeps the lower triangle of the mass matrix, by rows.
+void find_inertia_terms(Plant::Impl& plant) {
+  const mjModel* m = plant.mujoco.get();
+  std::vector<int> coordinate(at(static_cast<int>(m->nv)), -1);  // of the model, that moves a joint of the simulation
+  std::vector<double> ratio(coordinate.size(), 1);
+  for (int i = 0; i < plant.model->n_v(); ++i) coordinate[at(plant.v_address[at(i)])] = i;
+  for (std::size_t i = 0; i < plant.follower_v_address.size(); ++i) {
+    const world::Follower& follower = plant.model->followers()[i];
+    coordinate[at(plant.follower_v_address[i])] = follower.dof;
+    ratio[at(plant.follower_v_address[i])] = follower.ratio;
+  }
+  for (int row = 0; row < m->nv; ++row) {
+    for (int entry = m->M_rowadr[row]; entry < m->M_rowadr[row] + m->M_rownnz[row]; ++entry) {
+      const int column = m->M_colind[entry];
+      if (coordinate[at(row)] < 0 || coordinate[at(row)] != coordinate[at(column)]) continue;
+      plant.inertia_terms.push_back({coordinate[at(row)], entry, (row == column ? 1 : 2) * ratio[at(row)] * ratio[at(column)]});
+    }
+  }
+}
+
+Eigen::VectorXd calc_inertia_at_neutral(const Plant::Impl& plant) {
   const mjModel* m = plant.mujoco.get();
   const std::unique_ptr<mjData, DeleteMujoco> data(mj_makeData(m));
   copy_to_qpos(plant, plant.model->neutral(), data->qpos);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(m->nv, m->nv);
-  const auto report = world::call_mujoco([&] {
-    mj_fwdPosition(m, data.get());
-    mj_fullM(m, data.get(), M.data());
-  });
+  const auto report = world::call_mujoco([&] { mj_fwdPosition(m, data.get()); });
   if (report.failed) core::throw_invalid("scene", fmt::format("'{}'", report.error), "a scene that MuJoCo simulates");
-  const int n_v = plant.model->n_v();
-  Eigen::MatrixXd E = Eigen::MatrixXd::Zero(m->nv, n_v);  // joints of the simulation per coordinate
-  for (int i = 0; i < n_v; ++i) E(plant.v_address[at(i)], i) = 1;
-  for (std::size_t i = 0; i < plant.follower_v_address.size(); ++i) {
-    const world::Follower& follower = plant.model->followers()[i];
-    E(plant.follower_v_address[i], follower.dof) = follower.ratio;
-  }
-  return (E.transpose() * M * E).diagonal();
+  Eigen::VectorXd out;
+  calc_inertia(plant, *data, out);
+  return out;
 }
 
 /// MuJoCo takes the softness of a contact from how its bodies are moved by forces on their centres of mass, averaged over directions. A body whose centre lies on its
@@ -139,12 +149,10 @@ std::shared_ptr<const Plant> Plant::make(std::shared_ptr<const world::Model> mod
   impl->mujoco = compile_scene(*impl->model, options, impl->armature);
   weigh_surfaces(impl->mujoco.get());
   find_addresses(*impl);
-  const Eigen::VectorXd inertia = calc_inertia(*impl);
-  impl->damping = 2 * options.damping_ratio * stiffness.cwiseProduct(inertia.tail(impl->model->n_a())).cwiseSqrt();
+  find_inertia_terms(*impl);
+  const Eigen::VectorXd inertia = calc_inertia_at_neutral(*impl);
+  calc_damping(*impl, inertia, impl->damping);
   damp_objects(*impl, inertia);
-  for (int j = 0; j < impl->model->n_a(); ++j) {
-    impl->mujoco->actuator_biasprm[impl->actuator_id[at(j)] * mjNBIAS + 2] = -impl->damping[j];
-  }
   return std::shared_ptr<const Plant>(new Plant(std::move(impl)));
 }
 
@@ -152,6 +160,16 @@ const world::Model& Plant::model() const { return *impl_->model; }
 const PlantOptions& Plant::options() const { return impl_->options; }
 const Eigen::VectorXd& Plant::damping() const { return impl_->damping; }
 const Eigen::VectorXd& Plant::armature() const { return impl_->armature; }
+
+void calc_inertia(const Plant::Impl& plant, const mjData& data, Eigen::VectorXd& out) {
+  out.setZero(plant.model->n_v());
+  for (const Plant::Impl::InertiaTerm& term : plant.inertia_terms) out[term.coordinate] += term.weight * data.M[term.entry];
+}
+
+void calc_damping(const Plant::Impl& plant, const Eigen::VectorXd& inertia, Eigen::VectorXd& out) {
+  const Eigen::VectorXd& stiffness = plant.model->stiffness();
+  out = 2 * plant.options.damping_ratio * stiffness.cwiseProduct(inertia.tail(stiffness.size())).cwiseSqrt();
+}
 
 void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos) {
   Eigen::Index from = 0;

@@ -35,6 +35,13 @@ struct Plant::Impl {
   std::vector<int> q_address;                               ///< per object and robot joint, see copy_* below
   std::vector<int> v_address;                               ///< (n_v)
   std::vector<int> follower_q_address, follower_v_address;  ///< per Model::followers()
+
+  /// One entry of MuJoCo's mass matrix in the inertia of a coordinate and of what follows it.
+  struct InertiaTerm {
+    int coordinate, entry;
+    double weight;
+  };
+  std::vector<InertiaTerm> inertia_terms;
 };
 
 /// The scene as MuJoCo's model, springs without damping. @throws core::InvalidInput with what its compiler says
@@ -44,6 +51,12 @@ std::unique_ptr<mjModel, DeleteMujoco> compile_scene(const world::Model& model, 
 /// q in the layout of the model ↔ qpos. MuJoCo keeps the scalar of a quaternion first.
 void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos);
 void copy_from_qpos(const Plant::Impl& plant, const mjtNum* qpos, Eigen::Ref<Eigen::VectorXd> q);
+
+/// Diagonal of the mass matrix, armature and followers included (n_v) [kg or kg m²]. @param data  with the mass matrix of its posture
+void calc_inertia(const Plant::Impl& plant, const mjData& data, Eigen::VectorXd& out);
+
+/// D = 2 ζ √(K_a M_jj) of the joint springs (n_a). @param inertia  (n_v)                                                                     (M.1)
+void calc_damping(const Plant::Impl& plant, const Eigen::VectorXd& inertia, Eigen::VectorXd& out);
 
 /// At rest in q, with the mass matrix of that. Cylinders that stand on a plane are tilted by 1e-8 rad: MuJoCo looks for their lowest points along the difference of axis and normal, which
 /// is rounding alone where quasi-static steps left them, and then has them too high by up to the radius, so that the cylinder falls through the plane.

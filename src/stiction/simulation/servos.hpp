@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <vector>
 
 #include "stiction/simulation/plant_impl.hpp"
 
@@ -25,16 +24,9 @@ class Servos {
   const Eigen::VectorXd& lead() const { return lead_; }
 
  private:
-  /// One entry of MuJoCo's mass matrix in the inertia of a joint and of what follows it.
-  struct Term {
-    int joint, entry;
-    double weight;
-  };
-
   const Plant::Impl& plant_;
   std::unique_ptr<mjModel, DeleteMujoco> mujoco_;
-  std::vector<Term> terms_;
-  Eigen::VectorXd inertia_, lead_;
+  Eigen::VectorXd inertia_, damping_, lead_;
 };
 
 }  // namespace stiction::simulation
