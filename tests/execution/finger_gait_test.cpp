@@ -141,7 +141,8 @@ TEST(FingerGait, TurnsThatBringNothing_AreTold) {
   int ticks = 0;
   for (; ticks < 3000 && !gait.stalls(); ++ticks) ASSERT_EQ(gait.update(rig.q, kPeriod, u), Status::Solved);  // the ball does not follow
   EXPECT_TRUE(gait.stalls());
-  EXPECT_GT(ticks, 1000) << "it is given some turns";
+  EXPECT_GT(ticks, 300) << "it is given two turns";
+  EXPECT_LT(ticks, 600) << "and no more";
 }
 
 TEST(ActiveHold, FingerThatIsLeft_KeepsItsCommands) {

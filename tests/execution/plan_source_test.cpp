@@ -87,6 +87,25 @@ TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
   EXPECT_EQ(whole.result.iterations, 3000);
 }
 
+TEST(PlanSource, SearchEndsWithTheClockOfTheRun) {
+  planning::PlanningProblem problem;
+  problem.model = planning::test::load_model("planar_pushing");
+  problem.q_start = planning::test::push_up(problem.model).q_start;
+  problem.goal.X_WG = world::object_pose(*problem.model, problem.q_start, 0);
+  problem.goal.X_WG.p += Vector3d(0, 300, 300);
+  planning::PlannerOptions options;
+  options.threads = 1;
+  options.max_iterations = 1'000'000;
+  RunOptions how;
+  how.planning_rate = 2;
+  const RunSpeeds speeds = calc_run_speeds(*problem.model, 0);
+  PlanSource source(problem, options, how, speeds);
+  const Answer cut = source.ask({.q = problem.q_start, .u = problem.q_start.tail(2), .time_left = 0.1}, {});
+  EXPECT_EQ(cut.result.status, core::Status::MaxIterations);
+  EXPECT_GE(cut.charge_s, 0.1);
+  EXPECT_LT(cut.charge_s, 0.3) << "two processor seconds count as one of the clock";
+}
+
 /// Whatever keeps the object where it is, the fourth time in a row the plan that does not move it is not gone on with.
 TEST(PlanSource, PlanThatBringsTheObjectNoNearer_IsGivenUp) {
   planning::PlanningProblem problem;

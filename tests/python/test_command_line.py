@@ -28,7 +28,7 @@ OF_PYTHON = {  # option: (lowest and highest integer, or "> 0" or "≥ 0")
     "export": {"--speed": "> 0", "--pause": "≥ 0"},
     "stream": {"--speed": "> 0", "--pause": "≥ 0", "--duration": "> 0", "--seed": (0, 2**64 - 1), "--threads": (0, 4096), "--foxglove": (0, 65535)},
     "sweep": {"--speed": "> 0", "--timeout": "> 0", "-j": (1, 1024)},
-    "benchmark": {"--plan-budget": "> 0", "--run-budget": "> 0", "--duration": "> 0", "-j": (1, 1024)},
+    "benchmark": {"--plan-budget": "> 0", "--duration": "> 0", "-j": (1, 1024)},
 }
 
 

@@ -29,11 +29,10 @@ class BenchmarkRun:
 
     folder: str  # of task files
     plan_budget_s: float = 15.0  # processor time [s]
-    run_budget_s: float = 20.0  # ... of a run with its plans [s]
-    duration_s: float = 60.0  # of a run by the clock of the plant [s]
+    duration_s: float = 60.0  # of a run by the clock of the plant, on which its plans count with their processor time [s]
 
     def __post_init__(self) -> None:
-        for name in ("plan_budget_s", "run_budget_s", "duration_s"):
+        for name in ("plan_budget_s", "duration_s"):
             if not 0 < getattr(self, name) < math.inf:
                 raise InvalidInput(f"{name}: got {getattr(self, name)}, expected a number > 0")
 
@@ -45,7 +44,7 @@ class BenchmarkRun:
     @property
     def limit_s(self) -> float:
         """Wall time after which a process is ended."""
-        return START_S + LOADED_MACHINE * (self.plan_budget_s + self.run_budget_s)
+        return START_S + LOADED_MACHINE * (self.plan_budget_s + self.duration_s)
 
     def __call__(self, case: Case) -> list[dict[str, Any]]:
         watch = Stopwatch()
@@ -73,8 +72,8 @@ class BenchmarkRun:
         begin = processor_s()
         row["stage"] = "run"
         ran = run(
-            found.plan, seed=seed, threads=1, duration=self.duration_s, timeout_s=LOADED_MACHINE * self.run_budget_s, plan_processor_s=self.plan_budget_s,
-            plan_timeout_s=LOADED_MACHINE * self.plan_budget_s, on_progress=until(self.run_budget_s),
+            found.plan, seed=seed, threads=1, duration=self.duration_s, timeout_s=LOADED_MACHINE * self.duration_s, plan_processor_s=self.plan_budget_s,
+            plan_timeout_s=LOADED_MACHINE * self.plan_budget_s,
         )  # fmt: skip
         row |= describe_run(ran, task) | {"run_s": round(processor_s() - begin, 3)}
         row["status"] = "Reached" if ran.reached else "NotReached"
@@ -182,10 +181,9 @@ def benchmark(
     forget_rows_of_other_tasks(out, folder)
     spec = {
         "format": "stiction-benchmark",
-        "format_version": 2,
+        "format_version": 3,
         "code_version": version(),
         "plan_budget_s": run.plan_budget_s,
-        "run_budget_s": run.run_budget_s,
         "duration_s": run.duration_s,
     }
     cases = [Case(entry.name, {}, seed) for seed in seeds for entry in written]

@@ -34,8 +34,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="where the packages lie side by side; they need not be installed")
     parser.add_argument("--seeds", metavar="N|A:B|A,B", default="1", help="0 to N - 1, A to B - 1, or these (default: 1)")
     parser.add_argument("--plan-budget", type=_command.positive, metavar="S", default=DEFAULT.plan_budget_s, help="processor time of a search [s] (default: %(default)g)")
-    parser.add_argument("--run-budget", type=_command.positive, metavar="S", default=DEFAULT.run_budget_s, help="... of a run with its plans [s] (default: %(default)g)")
-    parser.add_argument("--duration", type=_command.positive, metavar="S", default=DEFAULT.duration_s, help="of a run by the clock of the plant [s] (default: %(default)g)")
+    parser.add_argument("--duration", type=_command.positive, metavar="S", default=DEFAULT.duration_s, help="of a run by the clock of the plant, on which its plans count [s] (default: %(default)g)")
     parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="at a time, of one thread each (default: one per core)")
     parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local; its machines have the packages and FOLDER at the same paths")
     parser.add_argument("-o", "--out", type=Path, default=Path("benchmark"), metavar="FOLDER", help="for tasks, results.csv, benchmark.md and its other pages and pictures (default: %(default)s)")
@@ -49,7 +48,7 @@ def main(words: Sequence[str]) -> int:
     parsed = make_parser().parse_args(words)
     if parsed.list:
         return list_tasks(parsed)
-    run = BenchmarkRun(str(parsed.out.resolve() / "tasks"), parsed.plan_budget, parsed.run_budget, parsed.duration)
+    run = BenchmarkRun(str(parsed.out.resolve() / "tasks"), parsed.plan_budget, parsed.duration)
     table = parsed.out / ("results.parquet" if parsed.parquet else "results.csv")
     line = Line()
     try:

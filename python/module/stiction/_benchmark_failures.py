@@ -30,7 +30,6 @@ ENDS = {
     "Replans": "the run used up its number of new plans",
     "TimeUp": "the run did not reach the goal in time",
     "Deadline": "the run used up its wall time",
-    "Cancelled": "the run used up its processor time",
 }
 
 

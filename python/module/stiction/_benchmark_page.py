@@ -111,7 +111,7 @@ def write_page(report: Report) -> str:
         "`pip install 'stiction[benchmark]'` brings the packages of the scenes; `--scenes FOLDER` finds the packages where wheels are unpacked. "
         "The same command goes on where it was interrupted. It writes task files, `results.csv`, both pages and their pictures.",
         "",
-        f"Each search has {settings['plan_budget_s']:g} s of processor time on one thread. Each run has {settings['run_budget_s']:g} s with its plans, and {settings['duration_s']:g} s by the clock of the plant. "
+        f"Each search has {settings['plan_budget_s']:g} s of processor time on one thread. Each run has {settings['duration_s']:g} s by the clock of the plant, on which its plans count with their processor time. "
         f"Seeds: {', '.join(map(str, sorted({row['seed'] for row in rows})))}. Packages: {packages}.",
         "",
         *([f"There are no pictures: {report.no_pictures}.", ""] if report.no_pictures else []),

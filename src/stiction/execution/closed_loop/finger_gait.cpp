@@ -24,8 +24,8 @@ constexpr double kSettle = 0.3;  ///< … and it follows a turn in this [s]
 constexpr std::array<double, 3> kReturn{0.12, 0.15, 0.12};
 constexpr double kLift = 0.16;     ///< of L: how far it leaves the object
 constexpr double kDamping = 1e-3;  ///< of L²: of the joints that lift it
-constexpr double kGain = 0.9;      ///< turns that leave more than this of the way from the goal gain nothing …
-constexpr int kIdle = 6;           ///< … and after so many of them it stalls
+constexpr double kGain = 0.5;      ///< turns that bring the object nearer by less than this share of what they turn gain nothing …
+constexpr int kIdle = 2;           ///< … and after so many of them it stalls
 constexpr double kReach = 0.5;     ///< of L: how far the place of the goal is at most
 constexpr std::size_t kLeast = 3;  ///< fingers
 
@@ -58,7 +58,7 @@ void FingerGait::start(VectorRef q) {
   const Eigen::AngleAxisd way(goal_.X_WG.R * from_.R.transpose());
   axis_ = way.axis(), angle_ = way.angle();
   twist_ = 0, aimed_ = false;
-  nearest_ = std::numeric_limits<double>::infinity(), idle_ = 0;
+  nearest_ = planning::goal_error(*model_, q, goal_).share(goal_), idle_ = 0;
   finger_ = -1;
   hold_.leave(finger_);
   enter(Phase::Close);
@@ -102,7 +102,7 @@ void FingerGait::turn() {
 /// What the object has come to is held while fingers go back.
 void FingerGait::end_turn(VectorRef q) {
   const double share = planning::goal_error(*model_, q, goal_).share(goal_);
-  idle_ = share < kGain * nearest_ ? 0 : idle_ + 1;
+  idle_ = share < nearest_ - kGain * std::abs(turn_) / goal_.tol_angle ? 0 : idle_ + 1;
   nearest_ = std::min(nearest_, share);
   set_reference({world::object_pose(*model_, q, goal_.object).R, world::object_pose(*model_, q_ref_, goal_.object).p});
 }

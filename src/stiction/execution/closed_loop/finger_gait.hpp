@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -35,7 +34,7 @@ class FingerGait {
 
   /// All fingers have turned the object, and none has left it since.
   bool has_turned() const;
-  /// The last turns brought it no nearer to the goal.
+  /// The last two turns brought it nearer to the goal by less than half of what they turned.
   bool stalls() const;
   /// That goes back; −1: none.
   int finger() const { return finger_; }
@@ -74,13 +73,13 @@ class FingerGait {
   std::vector<Eigen::VectorXd> stations_;  ///< of the finger that goes back: commands of its joints
   world::Pose from_;                       ///< X_0
   Eigen::Vector3d axis_ = Eigen::Vector3d::UnitZ();
-  double angle_ = 0;                                          ///< θ [rad]
-  double twist_ = 0;                                          ///< φ [rad]
-  double turn_ = 0;                                           ///< by which the turn goes on [rad]
-  bool aimed_ = false;                                        ///< the last turn was to come to the goal
-  double short_ = 0;                                          ///< by how much such turns came short of it, in sum [rad]
-  double nearest_ = std::numeric_limits<double>::infinity();  ///< after a turn [tolerances of the goal]
-  int idle_ = 0;                                              ///< turns since
+  double angle_ = 0;    ///< θ [rad]
+  double twist_ = 0;    ///< φ [rad]
+  double turn_ = 0;     ///< by which the turn goes on [rad]
+  bool aimed_ = false;  ///< the last turn was to come to the goal
+  double short_ = 0;    ///< by how much such turns came short of it, in sum [rad]
+  double nearest_ = 0;  ///< at the start and after turns, the least [tolerances of the goal]
+  int idle_ = 0;        ///< turns that gained nothing, in a row
 };
 
 }  // namespace stiction::execution

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <exception>
+#include <limits>
 #include <thread>
 #include <utility>
 
@@ -55,11 +56,13 @@ bool PlanMaker::prepare(Preparation preparation) {
 /// False: the run is over.
 bool PlanMaker::ask(const PlanRequest& request, Answer& answer) {
   robot_.enter(RunState::Replan);
+  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
   const Question question{.q = robot_.rest(),
                           .u = robot_.u(),
                           .number = out_.plans.size(),
                           .friction = request.with_scene_friction ? 1 : how_.friction,
-                          .is_short = request.is_short};
+                          .is_short = request.is_short,
+                          .time_left = real_time_ ? kUnlimited : how_.duration - robot_.now()};
   const double begin = robot_.now();
   const auto work = [&](const core::RunControl& control) { answer = source_.ask(question, control); };
   const bool goes_on = real_time_ ? think_beside(work) : think_first(work, answer);

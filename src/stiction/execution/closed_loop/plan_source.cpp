@@ -143,12 +143,11 @@ void PlanSource::search(const Question& from, const core::RunControl& run, plann
   const auto budget = core::RunControl::Clock::now() +
                       std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(how_.plan_timeout));
   control.deadline = run.deadline ? std::min(*run.deadline, budget) : budget;
-  const double before = core::processor_time();
-  if (how_.plan_processor_time) {
-    control.abandoned = [&run, before, limit = *how_.plan_processor_time] {
-      return (run.abandoned && run.abandoned()) || core::processor_time() - before > limit;
-    };
-  }
+  double limit = how_.plan_processor_time.value_or(std::numeric_limits<double>::infinity());
+  if (how_.planning_rate > 0 && !how_.plan_step_time) limit = std::min(limit, from.time_left * how_.planning_rate);
+  control.abandoned = [&run, limit, before = core::processor_time()] {
+    return (run.abandoned && run.abandoned()) || core::processor_time() - before > limit;
+  };
   out.status = planning::plan_from(problem, from.u, options, control, out);
   if (out.status == Status::Cancelled && !run.cancelled()) out.status = Status::MaxIterations;
 }

@@ -14,6 +14,8 @@ struct Question {
   std::size_t number = 0;    ///< of plans that were asked for before: later seeds follow from it
   double friction = 1;       ///< every μ of the plan times this; a plan that one has is gone on with where it has this friction
   bool is_short = false;     ///< the search ends after twice as many extensions as the one before took
+  double time_left =
+      std::numeric_limits<double>::infinity();  ///< of a run whose clock waits for the planner: what takes longer is of no use [s]
 };
 
 /// What the planner gave for one state, and what that took.
