@@ -1,15 +1,13 @@
 #!/usr/bin/env python3
 """Do guarded moves reach their end, how hard do they press, and how well is a wrong height found? 40 seeds of each scenario in MuJoCo, with the noise of a real Franka.
 
-    PYTHONPATH=build/release/python .venv/bin/python bench/move_until_touch.py [--seeds 40] [--scenario NAME…] [--joint-friction COULOMB VISCOUS [--friction-error SHARE | --friction-motion RAD]] [--runs 10] [--given 10] [--first-seed 0] [--program build/release/stiction] [--json]
+    PYTHONPATH=build/release/python .venv/bin/python bench/move_until_touch.py [--seeds 40] [--scenario NAME…] [--joint-friction COULOMB VISCOUS [--friction-error SHARE | --friction-motion RAD]] [--runs 10] [--first-seed 0] [--program build/release/stiction] [--json]
 
 With --joint-friction the joints of the simulated arm have that dry friction [N m] and damping [N m s/rad], as a robot's file states them in <dynamics>: what motor currents show of an arm
 without torque sensors behind its gears. With --friction-error the observer takes friction off that is too large by this share, with --friction-motion what it found by moving joints to and fro by so much, else none. Forces are those of the simulation, from 0.1 s after contact on, as a share of what the move asks for, and while it slides of the controller's bound. Noise is what `calibrate` finds on docs/tutorials/franka_touches.csv.
 
 With --runs the task ur5_mesh_push is run as well, with so many seeds, after scenarios/feel_table.yaml and after the same without moves. The table, and the block on it, is then 15 to 20 mm higher or lower than the arm thinks: seeds that draw less are left out. A
 block is delivered where it is within the tolerances of its goal at the end, the goal being meant relative to the table. Planning counts in steps, so that runs are the same on every machine.
-
-With --given each such seed begins with a plan for the table where the arm thinks that it is: is it carried to the table that was felt, does the run reach its goal with it, and what does that take beside a plan anew from the same place?
 """
 
 import argparse
@@ -119,31 +117,6 @@ def compare_runs(seeds):
              "plans": percent([row["plans"] for row in rows], 0.5), "duration_s": percent([row["duration_s"] for row in rows], 0.5), "each": rows} for how, rows in runs.items()]
 
 
-def compare_given(seeds):
-    """Plans that are given, of the planner and refined, carried to the table that was felt; and plans anew in their place."""
-    file, rows = ROOT / "scenarios" / "feel_table.yaml", []
-    for seed in far_seeds(file.stem, seeds):
-        task = st.load_task("ur5_mesh_push")
-        more = {"touch_first": file, "seed": seed, "threads": 1, "duration": RUN, "timeout_s": 10 * RUN, "plan_step_time_s": 2e-5}
-        anew = st.run(task, **more)
-        found = st.plan(task, seed=seed, threads=1).plan
-        row = {"seed": seed, "anew": {"reached": anew.reached, "plans": len(anew.plans), "processor_s": round(anew.plans[0].processor_s, 2), "duration_s": round(anew.duration_s, 1)}}
-        for how, plan in {"as found": found, "refined": st.refine(found).plan}.items():
-            out = st.run(plan, **more)
-            row[how] = {"kept": out.carried.status == st.Status.Solved, "reason": out.carried.reason, "processor_s": round(out.carried.processor_s, 2)}
-            row[how] |= {"reached": out.reached, "plans": len(out.plans), "duration_s": round(out.duration_s, 1)}
-        rows.append(row)
-    summary = []
-    for how in ("as found", "refined"):
-        kept = [row for row in rows if row[how]["kept"]]
-        summary.append({"given": how, "seeds": seeds, "kept": len(kept), "reached": sum(row[how]["reached"] for row in rows), "reached_anew": sum(row["anew"]["reached"] for row in rows),
-                        "without_another_plan": sum(row[how]["reached"] and row[how]["plans"] == 0 for row in kept),
-                        "processor_s": percent([row[how]["processor_s"] for row in rows], 0.5), "processor_s_anew": percent([row["anew"]["processor_s"] for row in rows], 0.5),
-                        "plans": percent([row[how]["plans"] for row in rows], 0.5), "plans_anew": percent([row["anew"]["plans"] for row in rows], 0.5),
-                        "duration_s": percent([row[how]["duration_s"] for row in rows], 0.5), "duration_s_anew": percent([row["anew"]["duration_s"] for row in rows], 0.5), "each": rows if how == "as found" else None})
-    return summary
-
-
 def percent(values, share):
     return round(float(np.quantile(values, share)), 3) if values else None
 
@@ -200,14 +173,12 @@ def main():
     parser.add_argument("--friction-error", type=float)
     parser.add_argument("--friction-motion", type=float)
     parser.add_argument("--runs", type=int, default=0)
-    parser.add_argument("--given", type=int, default=0)
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--program", default=ROOT / "build" / "release" / "stiction")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     out = {"noise": find_noise(), "runs": [judge(arguments.program, name, arguments.first_seed, arguments.seeds, arguments.joint_friction, arguments.friction_error, arguments.friction_motion) for name in arguments.scenario]}
     out["runs"] += compare_runs(arguments.runs) if arguments.runs else []
-    out["runs"] += compare_given(arguments.given) if arguments.given else []
     if arguments.json:
         print(json.dumps(out))
         return

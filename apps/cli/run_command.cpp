@@ -57,7 +57,6 @@ struct Given {
   planning::PlannerOptions options;
   std::vector<planning::PlanningProblem> later;  ///< goals after that of the task
   std::shared_ptr<const world::Model> world;     ///< what is simulated; null: what is known
-  std::optional<planning::CarryResult> carried;  ///< of a plan that was given, after guarded moves
 };
 
 bool is_plan(const std::string& target) { return target.ends_with(".json") || fs::is_directory(target); }
@@ -135,32 +134,6 @@ Felt feel(const RunArguments& arguments, const core::RunControl& control, Given&
   out.gentle = is_gentle(out.scenario, out.result, kGentle);
   out.wall_s = core::seconds_since(started);
   return out;
-}
-
-/// A plan that was given goes where things were felt. Where that comes to nothing the run plans anew.
-void carry(const Felt& felt, const core::RunControl& control, Given& given) {
-  planning::CarryResult& carried = given.carried.emplace();
-  (void)tasks::carry_plan(felt.scenario, felt.result, given.task, given.plan, given.options, control,
-                          carried);  // the status is in the result
-  if (carried.status == Status::Solved) given.plan = carried.plan;
-}
-
-json report(const planning::CarryResult& carried) {
-  return {{"status", core::to_string(carried.status)},
-          {"reason", carried.reason.empty() ? json() : json(carried.reason)},
-          {"pushes", carried.pushes},
-          {"regrasps", carried.regrasps},
-          {"reconnected", carried.reconnected},
-          {"steps", carried.steps},
-          {"wall_s", carried.wall_s},
-          {"processor_s", carried.processor_s}};
-}
-
-void print(std::FILE* to, const planning::CarryResult& carried) {
-  const bool kept = carried.status == Status::Solved;
-  print_row(to, "given plan",
-            fmt::format("{} in {:.2f} s{}", kept ? "carried to where things were felt" : "cannot be carried to where things were felt",
-                        carried.wall_s, kept ? "" : ": " + carried.reason));
 }
 
 /// Where the plant begins: at the start of the task or plan, with what overlaps there moved apart, or where guarded moves left off.
@@ -331,23 +304,12 @@ std::optional<planning::PlanResult> turned_in_hand(const Given& given, const exe
   return out;
 }
 
-/// A given plan that was carried to where things were felt.
-std::optional<planning::PlanResult> carried_plan(const Given& given) {
-  if (!given.carried || given.carried->status != Status::Solved) return std::nullopt;
-  planning::PlanResult out;
-  out.status = Status::Solved;
-  out.seed = given.options.seed;
-  out.plan = given.plan;
-  return out;
-}
-
 /// Plan, run and page. @returns whether all that was asked for could be written
 bool write(const Given& given, const execution::RunResult& r, const Recorder& recorder, const RunArguments& arguments, const fs::path& dir,
            std::FILE* to, json& out) {
-  std::optional<tasks::PlanFile> file = given.carried ? std::nullopt : given.file;
+  std::optional<tasks::PlanFile> file = given.world ? std::nullopt : given.file;
   fs::path plan = file ? fs::path(arguments.target) : dir / (given.file ? "felt_plan.json" : "plan.json");
-  const std::optional<planning::PlanResult> carried = carried_plan(given);
-  const std::optional<planning::PlanResult> first = carried ? carried : r.first_plan ? r.first_plan : turned_in_hand(given, r);
+  const std::optional<planning::PlanResult> first = r.first_plan ? r.first_plan : turned_in_hand(given, r);
   if (!file && first) {
     planning::PlannerOptions options = given.options;
     file = tasks::make_plan_file(given.task, options, *first, plan);
@@ -384,11 +346,8 @@ int end_unfelt(const Given& given, const RunArguments& arguments, const Felt& fe
   return felt.result.status == Status::Cancelled ? kInterrupted : kNotSolved;
 }
 
-/// The plan that a run begins with; null: it plans.
-const planning::Plan* first_plan(const Given& given) {
-  const bool elsewhere = given.carried && given.carried->status != Status::Solved;
-  return given.file && !elsewhere ? &given.plan : nullptr;
-}
+/// The plan that a run begins with; null: it plans, also where a given one knows nothing of what was felt.
+const planning::Plan* first_plan(const Given& given) { return given.file && !given.world ? &given.plan : nullptr; }
 
 int run_run(RunArguments arguments) {
   Given given = load(arguments);
@@ -415,8 +374,6 @@ int run_run(RunArguments arguments) {
     felt = feel(arguments, control, given);
     print_moves(to, felt->scenario, felt->result, felt->gentle);
     if (!felt->result.reached) return end_unfelt(given, arguments, *felt);
-    if (given.file) carry(*felt, control, given);
-    if (given.carried) print(to, *given.carried);
   }
   print_warnings(tasks::lint(given.task, control));
   catch_signals();
@@ -430,7 +387,6 @@ int run_run(RunArguments arguments) {
   recorder.line.clear();
 
   json out = report(given, arguments, result, recorder);
-  if (given.carried) out["carried"] = report(*given.carried);
   if (felt) out["touch"] = report_moves(felt->scenario, felt->result, given.options.seed, felt->gentle, felt->wall_s);
   print_summary(to, given, result, out);
   print_start(to, *given.task.model, recorder.start);

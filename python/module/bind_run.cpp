@@ -68,7 +68,6 @@ using TouchFirst = std::variant<std::string, std::filesystem::path, execution::T
 struct RunOutcome {
   RunResult result;
   std::optional<GuardedResult> touch;            ///< guarded moves before it
-  std::optional<planning::CarryResult> carried;  ///< a plan that was given, after them
   planning::GoalError true_error;
   double start_overlap = 0, start_moved = 0;
   double max_depth = std::numeric_limits<double>::quiet_NaN(), largest_effort = max_depth;
@@ -100,9 +99,8 @@ execution::TouchScenario scenario_of(const TouchFirst& first, const tasks::Task&
   return tasks::load_touch_scenario(file, task);
 }
 
-/// Carries out the moves and corrects the task, and a plan that was given. @returns whether the run may begin
-bool feel(const TouchFirst& first, const WorldOptions& world, const planning::PlannerOptions& planner, const core::RunControl& control,
-          tasks::Task& task, std::optional<planning::Plan>& plan, RunOutcome& out) {
+/// Carries out the moves and corrects the task. @returns whether the run may begin
+bool feel(const TouchFirst& first, const WorldOptions& world, const core::RunControl& control, tasks::Task& task, RunOutcome& out) {
   const nb::gil_scoped_release unlocked;
   const execution::TouchScenario scenario = scenario_of(first, task);
   execution::TouchRunOptions options;
@@ -111,11 +109,6 @@ bool feel(const TouchFirst& first, const WorldOptions& world, const planning::Pl
   GuardedResult& felt = out.touch.emplace();
   (void)tasks::touch_first(scenario, world, options, task, felt.result);  // the status is in the result
   name_moves(scenario, felt);
-  if (felt.result.reached && plan) {
-    planning::CarryResult& carried = out.carried.emplace();
-    const core::Status status = tasks::carry_plan(scenario, felt.result, task, *plan, planner, control, carried);
-    plan = status == core::Status::Solved ? std::optional(carried.plan) : std::nullopt;
-  }
   if (felt.result.reached) return true;
   out.result.status = felt.result.status == core::Status::Solved ? core::Status::MaxIterations : felt.result.status;
   out.result.end = RunEnd::Unfelt;
@@ -163,9 +156,12 @@ std::unique_ptr<RunOutcome> run(const Target& target, const GoalsLike& goals_giv
   Watcher watcher(on_progress);
   const core::RunControl control = watcher.control(timeout_s);
   auto out = std::make_unique<RunOutcome>();
-  if (touch_first && !feel(*touch_first, differs, planner, control, task, plan, *out)) {
-    watcher.rethrow();
-    return out;
+  if (touch_first) {
+    plan.reset();  // it knows nothing of what is felt
+    if (!feel(*touch_first, differs, control, task, *out)) {
+      watcher.rethrow();
+      return out;
+    }
   }
   const world::Model& model = *task.model;
   goals.front() = task.problem;
@@ -271,15 +267,6 @@ void bind_parts(nb::module_& m) {
       .def_ro("end_s", &RunPiece::end_s)
       .def_ro("off", &RunPiece::off, "how far the object was off its path at the end, in tolerances of the goal")
       .def_ro("given_up", &RunPiece::given_up, "it was too far off");
-  nb::class_<planning::CarryResult>(m, "CarryResult", "What became of a plan that was given, after touch_first found things elsewhere.")
-      .def_ro("status", &planning::CarryResult::status, "Solved: it was carried there; else the run plans anew")
-      .def_ro("reason", &planning::CarryResult::reason, "why not")
-      .def_ro("pushes", &planning::CarryResult::pushes)
-      .def_ro("regrasps", &planning::CarryResult::regrasps)
-      .def_ro("reconnected", &planning::CarryResult::reconnected, "regrasps with a new path, the way to the first push among them")
-      .def_ro("steps", &planning::CarryResult::steps, "exact steps computed")
-      .def_ro("wall_s", &planning::CarryResult::wall_s)
-      .def_ro("processor_s", &planning::CarryResult::processor_s, "of all cores of the process [s]");
 }
 
 }  // namespace
@@ -301,9 +288,6 @@ void bind_run(nb::module_& m) {
       .def_prop_ro(
           "touch", [](const RunOutcome& r) { return r.touch ? &*r.touch : nullptr; }, nb::rv_policy::reference_internal,
           "what became of the moves of touch_first; None: there were none")
-      .def_prop_ro(
-          "carried", [](const RunOutcome& r) { return r.carried ? &*r.carried : nullptr; }, nb::rv_policy::reference_internal,
-          "what became of a plan that was given, with touch_first; None: there was none")
       .def_prop_ro("duration_s", of(&RunResult::duration_s), "by the clock of the plant [s]")
       .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans")
       .def_prop_ro("wall_s", of(&RunResult::wall_s))
@@ -377,8 +361,8 @@ void bind_run(nb::module_& m) {
   join: before the planner searches, the plan before is gone on with, where that leads to the goal.
   finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
   touch_first: guarded moves that are carried out first, in the world in which the run goes on (docs/guarded_moves.md): a TouchScenario of
-    this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them, and a
-    Plan that was given is carried there (G.7); where that fails the run plans anew.
+    this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them, also if a
+    Plan was given.
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
 
@@ -387,7 +371,7 @@ status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and
     >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
     >>> run.end, run.reached
     (RunEnd.TimeUp, False))");
-  def_pickle<Look, RunPlan, RunGoal, RunPiece, planning::CarryResult, RunOutcome>();
+  def_pickle<Look, RunPlan, RunGoal, RunPiece, RunOutcome>();
 }
 
 }  // namespace stiction::python

@@ -24,7 +24,7 @@ sys.path.insert(0, str(MODULE))
 import stiction as st  # noqa: E402
 
 VALUES = """
-    Analytic BaseWrench Body ByRule Calibration Candidate CarryResult CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlSample ControlScenario
+    Analytic BaseWrench Body ByRule Calibration Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlSample ControlScenario
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof ErrorSets Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth GuardedMoveResult GuardedResult Hysteresis IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
     PlacedLinks PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RefusedMoves RejectionSampling Residuals
@@ -260,7 +260,6 @@ MAKE: dict[str, Callable[[], Any]] = {
     "SteepestDescent": lambda: st.SteepestDescent(max_steps=3),
     "StepBatch": lambda: (lambda t: st.step_batch(t.model, np.tile(t.q_start, (3, 1)), np.tile(t.q_start[3:], (3, 1)), with_A=True))(task()),
     "RolloutBatch": lambda: (lambda t: st.rollout_batch(t.model, t.q_start[None], np.tile(t.q_start[3:], (1, 4, 1))))(task()),
-    "CarryResult": lambda: st.run(st.plan(st.load_task("ur5_mesh_push"), seed=1, threads=1).plan, touch_first="feel_table", seed=3, duration=0.1, replans=0, threads=1).carried,
     "FeltContact": lambda: first(guarded().moves[0].felt),
     "GuardedMoveResult": lambda: first(guarded().moves),
     "GuardedResult": guarded,

@@ -104,27 +104,6 @@ TEST(TouchFirstCase, WithoutMoves_TheWorldDiffersAndNothingIsCorrected) {
   EXPECT_NEAR(task.problem.q_start[2] - push().problem.q_start[2], height_of(*out.world), 1e-12) << "the block stands on the table";
 }
 
-TEST(TouchFirstCase, GivenPlan_IsCarriedToTheTableThatWasFelt) {
-  Task task = push();
-  task.options.threads = 1;
-  planning::PlanResult planned;
-  ASSERT_EQ(planning::plan(task.problem, task.options, {}, planned), Status::Solved);
-  const Vector3d goal = task.problem.goal.X_WG.p;
-  const execution::TouchScenario scenario = load_touch_scenario(moves(), task);
-  execution::TouchRunOptions options;
-  options.seed = 1;
-  execution::GuardedRunResult felt;
-  ASSERT_EQ(touch_first(scenario, {}, options, task, felt), Status::Solved);
-  ASSERT_TRUE(felt.reached) << felt.reason;
-  planning::CarryResult carried;
-  ASSERT_EQ(carry_plan(scenario, felt, task, planned.plan, task.options, {}, carried), Status::Solved) << carried.reason;
-  EXPECT_EQ(carried.plan.q_start, felt.q) << "the plan begins where the moves ended";
-  const Eigen::VectorXd end = carried.plan.segments.back().knots.back().q;
-  const world::Pose block = world::object_pose(*task.model, end, task.problem.goal.object);
-  EXPECT_NEAR((block.p - goal - Vector3d(0, 0, height_of(*task.model))).norm(), 0, task.problem.goal.tol_position);
-  EXPECT_GT(std::abs(height_of(*task.model)), 5e-3) << "the height was right: the test would say nothing";
-}
-
 TEST(TouchFirstCase, BadInput_NamesFileAndField) {
   const Task task = push();
   const std::string good = text_of_moves();

@@ -3106,44 +3106,6 @@ class RunPiece:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-class CarryResult:
-    """
-    What became of a plan that was given, after touch_first found things elsewhere.
-    """
-
-    @property
-    def status(self) -> Status:
-        """Solved: it was carried there; else the run plans anew"""
-
-    @property
-    def reason(self) -> str:
-        """why not"""
-
-    @property
-    def pushes(self) -> int: ...
-
-    @property
-    def regrasps(self) -> int: ...
-
-    @property
-    def reconnected(self) -> int:
-        """regrasps with a new path, the way to the first push among them"""
-
-    @property
-    def steps(self) -> int:
-        """exact steps computed"""
-
-    @property
-    def wall_s(self) -> float: ...
-
-    @property
-    def processor_s(self) -> float:
-        """of all cores of the process [s]"""
-
-    def __getstate__(self) -> tuple: ...
-
-    def __setstate__(self, state: tuple, /) -> None: ...
-
 class Measurement:
     """What a plant says of itself."""
 
@@ -3235,12 +3197,6 @@ class RunResult:
     @property
     def touch(self) -> GuardedResult:
         """what became of the moves of touch_first; None: there were none"""
-
-    @property
-    def carried(self) -> CarryResult:
-        """
-        what became of a plan that was given, with touch_first; None: there was none
-        """
 
     @property
     def duration_s(self) -> float:
@@ -3359,8 +3315,8 @@ def run(target: Task | Plan, *, goals: str | str | os.PathLike | Sequence | None
       join: before the planner searches, the plan before is gone on with, where that leads to the goal.
       finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
       touch_first: guarded moves that are carried out first, in the world in which the run goes on (docs/guarded_moves.md): a TouchScenario of
-        this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them, and a
-        Plan that was given is carried there (G.7); where that fails the run plans anew.
+        this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them, also if a
+        Plan was given.
       on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
         run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
 

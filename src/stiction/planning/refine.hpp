@@ -13,11 +13,9 @@ struct RefineOptions {
   std::uint64_t seed = 0;  ///< of the searches for regrasp paths; those for what is left have that of the plan's options
   /// Distances that moving branches keep to everything, tried in this order [L of the robots], each > 0. The first is one that errors of an execution stay below.
   std::vector<double> clearances = {0.2, 0.1, 0.05, 0.02};
-  bool drop_pushes = true;  ///< pushes that move no object are left out and the regrasps around them become one
-  bool cut_tails = true;    ///< what follows the last motion of the objects in a push is left out
-  double h = 0.02;          ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
-  int extensions = 300;     ///< of searches for what is left of a plan where small steps leave it, in one trial, ≥ 0; 0: none
-  bool reconnect = true;    ///< regrasps are planned anew; without it they are kept as they are
+  double h = 0.02;       ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
+  int extensions = 300;  ///< of searches for what is left of a plan where small steps leave it, in one trial, ≥ 0; 0: none
+  bool reconnect = true;  ///< regrasps are planned anew; without it they are kept as they are
   void validate() const;    ///< @throws core::InvalidInput naming the field
 };
 

@@ -64,19 +64,4 @@ core::Status touch_first(execution::TouchScenario scenario, const execution::Wor
   return out.status;
 }
 
-core::Status carry_plan(const execution::TouchScenario& scenario, const execution::GuardedRunResult& felt, const Task& task,
-                        const planning::Plan& plan, const planning::PlannerOptions& options, const core::RunControl& control,
-                        planning::CarryResult& out) {
-  const world::Model& model = *task.model;
-  planning::CarriedTo to{.q = felt.q, .u = felt.q.tail(model.n_a()), .shifts = {}, .goal = task.problem.goal};
-  const Eigen::VectorXd before = plan.q_start.head(model.n_qu());
-  Eigen::VectorXd after = before;
-  execution::move_objects(scenario, *scenario.arm.model, *felt.model, after);
-  constexpr int kFree = 6;  // coordinates of an object that moves freely
-  for (const auto& object : model.objects())
-    to.shifts.emplace_back(object.n_v == kFree ? Eigen::Vector3d(after.segment<3>(object.q_begin) - before.segment<3>(object.q_begin))
-                                               : Eigen::Vector3d::Zero());
-  return planning::carry(task.model, plan, to, options, planning::keep_plan(plan), control, out);
-}
-
 }  // namespace stiction::tasks

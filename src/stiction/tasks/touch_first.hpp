@@ -2,7 +2,6 @@
 
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/touch/guarded_run.hpp"
-#include "stiction/planning/carry.hpp"
 #include "stiction/tasks/task.hpp"
 
 namespace stiction::tasks {
@@ -17,14 +16,5 @@ namespace stiction::tasks {
 /// Tests: tests/tasks/touch_first_test.cpp
 [[nodiscard]] core::Status touch_first(execution::TouchScenario scenario, const execution::WorldOptions& world,
                                        const execution::TouchRunOptions& options, Task& task, execution::GuardedRunResult& out);
-
-/// The plan that was given for a task, carried to where touch_first() found things: objects that stand on a body that was felt are shifted with it, and the plan begins
-/// where the moves left the robot. Nothing is searched.
-/// @param task     as touch_first() left it  @param options  of the plan
-/// @returns as planning::carry()
-/// Tests: tests/tasks/touch_first_test.cpp
-[[nodiscard]] core::Status carry_plan(const execution::TouchScenario& scenario, const execution::GuardedRunResult& felt, const Task& task,
-                                      const planning::Plan& plan, const planning::PlannerOptions& options, const core::RunControl& control,
-                                      planning::CarryResult& out);
 
 }  // namespace stiction::tasks

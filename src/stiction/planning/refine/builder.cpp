@@ -1,7 +1,5 @@
 #include "stiction/planning/refine/builder.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <iterator>
 #include <utility>
@@ -23,10 +21,9 @@ constexpr double kNearEnough = 0.2;
 
 }  // namespace
 
-Builder::Builder(Problem& problem, Scratch& scratch, RegraspOrder order)
+Builder::Builder(Problem& problem, Scratch& scratch)
     : problem_(problem),
       scratch_(scratch),
-      order_(order),
       built_(problem.plan),
       at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start}} {
   built_.step.h = problem.pace.step.h;
@@ -38,40 +35,21 @@ Builder::Builder(Problem& problem, Scratch& scratch, RegraspOrder order)
 
 bool Builder::build() {
   if (!settle(problem_.plan.segments, SegmentKind::Settle)) return false;
-  return build(problem_.shortened(problem_.plan));
-}
-
-bool Builder::build_from(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const std::vector<dynamics::Knot>& settling) {
-  built_.q_start = q, built_.u_start = u;
-  at_ = {q, u, {.q = q, .u = u}};
-  if (!settling.empty() && !settle({{SegmentKind::Settle, settling, false}}, SegmentKind::Settle)) {
-    reason_ = "the objects do not come to rest where they are now";
-    return false;
-  }
   std::vector<Push> pushes = problem_.shortened(problem_.plan);
-  if (!pushes.empty()) pushes.front().merged = true;  // its regrasp, if any, starts elsewhere
-  return build(std::move(pushes));
-}
-
-bool Builder::build(std::vector<Push> pushes) {
   sure_.push_back(here());
   for (std::size_t i = 0; i < pushes.size();) {
     if (problem_.control.stop()) return false;
     const bool last = i + 1 == pushes.size();
-    const bool held = regrasp(pushes[i], i);
-    if (held && push(pushes[i], last)) {
+    if (regrasp(pushes[i], i) && push(pushes[i], last)) {
       ++i;
     } else if (plan_anew(pushes)) {
       i = 0;
     } else {
-      reason_ = fmt::format("{} {} of {} does not come out", held ? "push" : "the way to push", i + 1, pushes.size());
       return false;
     }
   }
-  const bool there = !built_.segments.empty() && reaches_goal(end_of(built_), at_.fine.q) &&
-                     calc_penetration(problem_.model, end_of(built_), scratch_.geometry) <= problem_.allowed.penetration;
-  if (!there) reason_ = "its end is not at the goal";
-  return there;
+  return !built_.segments.empty() && reaches_goal(end_of(built_), at_.fine.q) &&
+         calc_penetration(problem_.model, end_of(built_), scratch_.geometry) <= problem_.allowed.penetration;
 }
 
 RefineResult Builder::result() {
@@ -106,7 +84,7 @@ bool Builder::settle(const std::vector<Segment>& segments, SegmentKind as) {
 std::vector<double> Builder::clearances_of(const Push& push) const {
   std::vector<double> out;
   if (problem_.refine.reconnect) out = problem_.refine.clearances;
-  if (push.regrasp && !push.merged) out.insert(order_ == RegraspOrder::AsPlanned ? out.begin() : out.end(), 0);
+  if (push.regrasp && !push.merged) out.push_back(0);
   return out;
 }
 

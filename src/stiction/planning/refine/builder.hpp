@@ -1,33 +1,21 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "stiction/planning/refine/problem.hpp"
 
 namespace stiction::planning::refinement {
 
-/// What is tried first in a regrasp.
-enum class RegraspOrder {
-  Clearances,  ///< paths with the clearances of the options, the largest one first
-  AsPlanned,   ///< the commands of the plan
-};
-
 /// A plan as far as it was built anew, push by push, and where that leads.
 class Builder {
  public:
-  Builder(Problem& problem, Scratch& scratch, RegraspOrder order = RegraspOrder::Clearances);
+  Builder(Problem& problem, Scratch& scratch);
 
-  /// From the start of the plan.
   bool build();
-  /// From another start, with what the plan does from its first push on. @param settling  commands until the objects rest there
-  bool build_from(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const std::vector<dynamics::Knot>& settling);
 
   RefineResult result();
   const Work& work() const { return work_; }
-  /// Where building ended that came to nothing.
-  const std::string& reason() const { return reason_; }
 
  private:
   /// As far as the plan was built.
@@ -39,7 +27,6 @@ class Builder {
   Place here() const { return {at_, built_.segments.size(), out_}; }
 
   bool settle(const std::vector<Segment>& segments, SegmentKind as);
-  bool build(std::vector<Push> pushes);
   bool regrasp(const Push& push, std::size_t number);
   std::vector<double> clearances_of(const Push& push) const;
   bool push(const Push& push, bool last);
@@ -50,14 +37,12 @@ class Builder {
 
   Problem& problem_;
   Scratch& scratch_;
-  RegraspOrder order_;
   Plan built_;
   Cursor at_;
   std::vector<Place> sure_;  ///< ends of pushes and regrasps at which whole and half sub-steps agree, from where no search has begun
   int searches_ = 0;         ///< for what is left …
   long extensions_ = 0;      ///< … and theirs
   RefineResult out_;
-  std::string reason_;
   Work work_;
 };
 

@@ -29,8 +29,8 @@ Problem::Problem(const std::shared_ptr<const world::Model>& shared, const Plan& 
 
 std::vector<Push> Problem::shortened(const Plan& given) const {
   std::vector<Push> pushes = split_at_regrasps(given);
-  if (refine.cut_tails) cut_tails(motion, pushes);
-  if (refine.drop_pushes) drop_pushes(motion, pushes);
+  cut_tails(motion, pushes);
+  drop_pushes(motion, pushes);
   return pushes;
 }
 
