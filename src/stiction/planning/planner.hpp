@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,6 +46,7 @@ struct PlanningProblem {
   Eigen::VectorXd
       q_goal;  ///< configuration of the objects at the goal (n_qu); empty: it follows from goal.X_WG, if the object moves freely
                ///< or relative to the world
+  double start_may_move = std::numeric_limits<double>::infinity();  ///< objects, until they rest at the start [tolerances of the goal]
   /// @throws core::InvalidInput: sizes, tolerances, a goal inside a fixed body or outside the range of the object's joint
   void validate() const;
 };
@@ -99,6 +101,7 @@ struct PlanResult {
   double wall_s = 0;
   std::vector<TreeNode> tree;    ///< all nodes, in the order of their making
   std::string reason;            ///< why not Solved, where there is more to say than that the budget was used up
+  bool start_slips = false;      ///< by more than the problem lets it: nothing was searched
   double start_moved = 0;        ///< how far objects moved before they rested, the larger of [m] and [rad]; > 1e-3: the start is no rest
   double start_penetration = 0;  ///< [m] deepest penetration of the given start, ≥ 0
   bool start_projected = false;  ///< the start was moved to the constraints first (Settle segment)

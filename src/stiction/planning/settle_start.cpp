@@ -59,6 +59,12 @@ std::optional<Trace> settle_start(const Setting& setting, const Eigen::VectorXd&
   }
   const Eigen::VectorXd e = setting.goal.difference(q_start, at.q);
   result.start_moved = world::largest_share(model, e, 1, 1);
+  const double slip = setting.goal.share_of_tolerances(q_start, at.q);
+  result.start_slips = slip > setting.problem.start_may_move;
+  if (result.start_slips) {
+    result.reason = fmt::format("the object does not rest at the start: it moves by {:.1f} tolerances", slip);
+    return std::nullopt;
+  }
   if (rests || world::largest_share(model, e, kFallenMove * length, kFallenTurn) <= 1) return at;
   result.reason = fmt::format(
       "the objects do not come to rest at the start: after {} steps one has moved by {:.3g} (m or rad); "
