@@ -24,10 +24,10 @@ struct Answer {
   std::optional<Trajectory> trajectory;  ///< of its plan, where it is worth carrying out
   double processor_s = 0;                ///< of all cores of the process
   bool joined = false;                   ///< the plan before goes on, and nothing was searched
-  bool slips = false;   ///< the object does not rest at the start with the friction of the plan, and nothing was searched
-  long join_steps = 0;  ///< that trying to go on took
-  bool late = false;    ///< things are no more where the plan begins
-  double charge_s = 0;  ///< for which the clock of the plant goes on meanwhile
+  bool slips = false;                    ///< the object does not rest at the start with the friction of the plan, and nothing was searched
+  long join_steps = 0;                   ///< that trying to go on took
+  bool late = false;                     ///< things are no more where the plan begins
+  double charge_s = 0;                   ///< for which the clock of the plant goes on meanwhile
 };
 
 /// Asks the planner on the way of a run. It knows the plant by what was measured alone, so that it may work beside the loop that commands the plant.
