@@ -4,7 +4,7 @@
     task = st.load_task("planar_pushing")
     result = st.step(task.model, task.q_start, u, h=0.1)
 
-Names, units and meaning are those of the C++ headers; arrays are NumPy's, options are keyword-only, long calls release Python's lock.
+Names and units are those of the C++ headers. Arrays are NumPy arrays, options are keyword-only, and long calls release Python's lock.
 """
 
 from pathlib import Path as _Path
@@ -39,9 +39,9 @@ __version__ = version()
 
 
 def get_cmake_dir() -> str:
-    """The folder of stictionConfig.cmake, for C++: cmake -Dstiction_DIR="$(python -c 'import stiction; print(stiction.get_cmake_dir())')".
+    """Returns the folder of stictionConfig.cmake, for C++ projects: cmake -Dstiction_DIR="$(python -c 'import stiction; print(stiction.get_cmake_dir())')".
 
-    Raises ImportError: this is a build or an installation that has it elsewhere.
+    Raises ImportError: this build or installation has the file in another place.
     """
     found = _Path(__file__).resolve().parent / "lib" / "cmake" / "stiction"
     if not found.is_dir():

@@ -31,16 +31,16 @@ def make_parser() -> argparse.ArgumentParser:
         f"Sets: {', '.join(SETS)}. Scenes are those of the packages of `pip install 'stiction[benchmark]'`, or of wheels unpacked in one folder.",
     )
     parser.add_argument("words", nargs="*", metavar="SET|TASK", help="sets or names of tasks (default: all)")
-    parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="where the packages lie side by side; they need not be installed")
-    parser.add_argument("--seeds", metavar="N|A:B|A,B", default="1", help="0 to N - 1, A to B - 1, or these (default: 1)")
-    parser.add_argument("--plan-budget", type=_command.positive, metavar="S", default=DEFAULT.plan_budget_s, help="processor time of a search [s] (default: %(default)g)")
-    parser.add_argument("--duration", type=_command.positive, metavar="S", default=DEFAULT.duration_s, help="of a run by the clock of the plant, on which its plans count [s] (default: %(default)g)")
-    parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="at a time, of one thread each (default: one per core)")
+    parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="folder that contains the packages of the scenes side by side; they need not be installed")
+    parser.add_argument("--seeds", metavar="N|A:B|A,B", default="1", help="seeds 0 to N - 1, A to B - 1, or the given seeds (default: 1)")
+    parser.add_argument("--plan-budget", type=_command.positive, metavar="S", default=DEFAULT.plan_budget_s, help="largest processor time of a search [s] (default: %(default)g)")
+    parser.add_argument("--duration", type=_command.positive, metavar="S", default=DEFAULT.duration_s, help="length of a run by the clock of the plant, planning included [s] (default: %(default)g)")
+    parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="number of parallel processes, each with one thread (default: one per core)")
     parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local; its machines have the packages and FOLDER at the same paths")
-    parser.add_argument("-o", "--out", type=Path, default=Path("benchmark"), metavar="FOLDER", help="for tasks, results.csv, benchmark.md and its other pages and pictures (default: %(default)s)")
-    parser.add_argument("--no-pictures", action="store_true", help="draw no picture of each task")
-    parser.add_argument("--parquet", action="store_true", help="results.parquet as well")
-    parser.add_argument("--list", action="store_true", help="print the tasks, and run nothing")
+    parser.add_argument("-o", "--out", type=Path, default=Path("benchmark"), metavar="FOLDER", help="folder for the tasks, results.csv, benchmark.md, and other pages and pictures (default: %(default)s)")
+    parser.add_argument("--no-pictures", action="store_true", help="do not draw a picture of each task")
+    parser.add_argument("--parquet", action="store_true", help="also write results.parquet")
+    parser.add_argument("--list", action="store_true", help="print the tasks and exit")
     return parser
 
 

@@ -22,7 +22,7 @@ FAST_OBJECT, FAST_TURN, FAST_REVOLUTE, FAST_PRISMATIC = 5.0, 50.0, 20.0, 5.0  # 
 
 @dataclass(frozen=True)
 class Demonstration:
-    """Joints and objects over time, by the names and units of a model."""
+    """Demonstrated motion of joints and objects over time, in the order and units of a model."""
 
     time: np.ndarray  # (times) [s], increasing
     joints: np.ndarray  # (times, n_a) [rad or m]
@@ -32,14 +32,15 @@ class Demonstration:
 
 
 def read_demonstration(file: str | os.PathLike[str], task: Task, *, unit: str = "m", angle: str = "rad") -> Demonstration:
-    """A demonstration from a table (.csv) or arrays (.npz), as `stiction export` writes them.
+    """Reads a demonstration from a table (.csv) or arrays (.npz), as `stiction export` writes them.
 
-      csv: a column time_s, q_JOINT or JOINT for every joint (ROBOT/ may be left out where that is clear), for every object OBJECT_x … OBJECT_qw; q_cmd_JOINT
-        of commands if there are. Other columns are not read.
-      npz: time, q (times, joints) with joints (names), poses (times, objects, 7) with objects; q_cmd if there is.
-      unit, angle: of lengths (m, cm, mm) and angles (rad, deg) in the file.
+      file: a .csv file has a column time_s, a column q_JOINT or JOINT for every joint (ROBOT/ may be left out if the name is unique), columns
+        OBJECT_x … OBJECT_qw for every object, and q_cmd_JOINT if there are commands. Other columns are not read. A .npz file has the arrays
+        time, q (times, joints), joints (names), poses (times, objects, 7) and objects (names), and q_cmd if there are commands.
+      task: Task with the model.
+      unit, angle: units of lengths (m, cm, mm) and of angles (rad, deg) in the file.
 
-    Raises InvalidInput: what is missing, times that do not increase, quaternions that are none, jumps, units that cannot be meant.
+    Returns a Demonstration. Raises InvalidInput: missing columns, times that do not increase, invalid quaternions, jumps, wrong units.
     """
     path = Path(file)
     if unit not in UNITS or angle not in ANGLES:

@@ -7,7 +7,7 @@ from types import ModuleType
 
 
 class MissingExtra(ImportError):
-    """A package that is optional is not installed; the message names the extra that brings it."""
+    """An optional package is not installed. The message names the extra of stiction that installs it."""
 
 
 def require(extra: str, purpose: str, module: str) -> ModuleType:

@@ -18,18 +18,18 @@ def make_parser() -> argparse.ArgumentParser:
     parser = _command.make_parser("stream", "Sends a plan to Foxglove or rerun, again and again until Ctrl-C, or a run in closed loop as it happens.")
     parser.add_argument("target", metavar="PLAN|TASK", help="plan file or its folder; with --run also the name or file of a task")
     parser.add_argument(
-        "--foxglove", type=_command.integer(0, 65535), nargs="?", const=FOXGLOVE_PORT, metavar="PORT", help=f"serve Foxglove there, 0: any port that is free (default: {FOXGLOVE_PORT})"
+        "--foxglove", type=_command.integer(0, 65535), nargs="?", const=FOXGLOVE_PORT, metavar="PORT", help=f"port of the server for Foxglove, 0: any free port (default: {FOXGLOVE_PORT})"
     )
-    parser.add_argument("--host", default="127.0.0.1", help="address that is listened on; whoever reaches it can look (default: %(default)s)")
-    parser.add_argument("--rerun", nargs="?", const=RERUN, metavar="FILE|ADDRESS", help=f"write a file .rrd, or send to a viewer that runs (default: {RERUN})")
-    parser.add_argument("--run", action="store_true", help="bring the object to its goal in closed loop in MuJoCo, and show what happens")
-    parser.add_argument("--now", action="store_true", help="begin before somebody looks")
+    parser.add_argument("--host", default="127.0.0.1", help="address of the server; everybody who can reach it can watch (default: %(default)s)")
+    parser.add_argument("--rerun", nargs="?", const=RERUN, metavar="FILE|ADDRESS", help=f"file .rrd to write, or address of a running viewer (default: {RERUN})")
+    parser.add_argument("--run", action="store_true", help="simulate a run in closed loop in MuJoCo, and show it")
+    parser.add_argument("--now", action="store_true", help="begin before a viewer is connected")
     parser.add_argument("--once", action="store_true", help="play the plan once")
-    parser.add_argument("--speed", type=_command.positive, default=1.0, help="times the full timing that follows from object and motors; above 1 only pushes are faster (default: %(default)s)")
-    parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="of a plan: commands rest this long between pieces [s] (default: %(default)s)")
-    parser.add_argument("--seed", type=_command.integer(0, 2**64 - 1), metavar="N", help="of a run (default: that of the target)")
-    parser.add_argument("--duration", type=_command.positive, default=600.0, metavar="S", help="of a run by the clock of the plant, at most [s] (default: %(default)s)")
-    parser.add_argument("--threads", type=_command.integer(0, 4096), default=0, metavar="N", help="of the planner in a run (default: all cores)")
+    parser.add_argument("--speed", type=_command.positive, default=1.0, help="factor on the full speed that follows from the object and the motors; above 1 only pushes are faster (default: %(default)s)")
+    parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="for a plan, time of constant commands between pushes and regrasps [s] (default: %(default)s)")
+    parser.add_argument("--seed", type=_command.integer(0, 2**64 - 1), metavar="N", help="seed of a run (default: the seed of the target)")
+    parser.add_argument("--duration", type=_command.positive, default=600.0, metavar="S", help="largest length of a run by the clock of the plant [s] (default: %(default)s)")
+    parser.add_argument("--threads", type=_command.integer(0, 4096), default=0, metavar="N", help="threads of the planner in a run (default: all cores)")
     return parser
 
 

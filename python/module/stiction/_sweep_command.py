@@ -151,17 +151,17 @@ def make_parser() -> argparse.ArgumentParser:
         "Plans, refines, checks and simulates many times, a row of a table for each run. The same command goes on where it was interrupted.",
         "A file SPEC.toml holds the same as fields: " + ", ".join(SPEC) + ".",
     )
-    parser.add_argument("tasks", nargs="+", metavar="TASK|SPEC.toml", help="names or files of tasks, or one file that says what is run")
-    parser.add_argument("--seeds", metavar="N|A:B|A,B", help="0 to N - 1, A to B - 1, or these (default: 1)")
-    parser.add_argument("--friction", metavar="F,F", help="simulate too, with these factors of every coefficient of friction")
-    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE,VALUE", help="of the planner, with dots into maps; every choice is run")
-    parser.add_argument("--no-refine", action="store_true", help="plans as the planner made them")
-    parser.add_argument("--speed", type=_command.positive, metavar="V", help=f"in the simulation, times the full timing that follows from object and motors (default: {OPEN_LOOP_SPEED})")
-    parser.add_argument("--alone", action="store_true", help="simulate every push by itself as well, which tells causes apart")
-    parser.add_argument("--timeout", type=_command.positive, metavar="S", help="of the planner, and of refinement [s] (default: 20)")
-    parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="at a time, of one thread each (default: one per core)")
+    parser.add_argument("tasks", nargs="+", metavar="TASK|SPEC.toml", help="names or files of tasks, or one file that describes the sweep")
+    parser.add_argument("--seeds", metavar="N|A:B|A,B", help="seeds 0 to N - 1, A to B - 1, or the given seeds (default: 1)")
+    parser.add_argument("--friction", metavar="F,F", help="also simulate, with these factors of every coefficient of friction")
+    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE,VALUE", help="values of a planner option, with dots for nested options; every choice is run")
+    parser.add_argument("--no-refine", action="store_true", help="do not refine plans")
+    parser.add_argument("--speed", type=_command.positive, metavar="V", help=f"speed of the simulation, a factor on the full speed that follows from the object and the motors (default: {OPEN_LOOP_SPEED})")
+    parser.add_argument("--alone", action="store_true", help="also simulate every push by itself, which shows the causes of failures")
+    parser.add_argument("--timeout", type=_command.positive, metavar="S", help="largest wall time of planning, and of refinement [s] (default: 20)")
+    parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="number of parallel processes, each with one thread (default: one per core)")
     parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local")
-    parser.add_argument("-o", "--out", type=Path, default=Path("sweep.csv"), metavar="FILE", help="table, .csv or .parquet (default: %(default)s)")
+    parser.add_argument("-o", "--out", type=Path, default=Path("sweep.csv"), metavar="FILE", help="table to write, .csv or .parquet (default: %(default)s)")
     return parser
 
 

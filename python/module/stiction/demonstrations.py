@@ -38,7 +38,7 @@ HALF = 0.5  # of a demonstration: an object that is lost before is lost in finer
 
 @dataclass(frozen=True)
 class Repair:
-    """A plan, and how it differs from the demonstration."""
+    """Result of repair(): a plan, and how it differs from the demonstration."""
 
     plan: Plan
     demonstration: Demonstration
@@ -54,17 +54,17 @@ class Repair:
 
     @property
     def holds(self) -> bool:
-        """It ends where the demonstration ends, within the tolerances of the task, also in half the steps."""
+        """True: the plan ends where the demonstration ends, within the tolerances of the task, also if it is simulated in half steps."""
         return self.complete and self.plan.status == Status.Solved and self.accepted
 
     @property
     def rank(self) -> tuple[bool, bool, float, float]:
-        """Less is better."""
+        """Key to sort repairs: a smaller rank is a better repair."""
         goal = self.plan.task.goal
         return not self.holds, not self.complete, -float(self.times[-1]), self.plan.error.position / goal.tol_position + self.plan.error.angle / goal.tol_angle
 
     def sentences(self) -> list[str]:
-        """What had to change."""
+        """Returns sentences on how the plan differs from the demonstration."""
         goal = self.plan.task.goal
         out = list(self.demonstration.notes)
         if self.start_moved[0] > 1e-4 or self.start_moved[1] > 1e-3:
@@ -84,13 +84,20 @@ class Repair:
 
 
 def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0, threads: int = 0, on_progress: Callable[[float], bool | None] | None = None) -> Repair:
-    """A plan that follows the demonstration and obeys contact: nothing penetrates, forces are in their cones and within the motors.
+    """Finds a plan that follows a demonstration as closely as contact physics allows (docs/demonstrations.md).
 
-    Windows of the demonstration are tracked one after the other by trajectory optimisation (iMPC) from where the window before has led to in the exact model.
-    Objects count first, joints may leave the demonstration where that brings the object nearer. The goal of the plan is where the demonstration ends.
-      timeout_s: [s] > 0. on_progress: called with the share that is done; False ends the repair.
+    In the plan no bodies penetrate, and all forces are within their friction cones and the limits of the motors. Trajectory optimisation
+    (iMPC) tracks one window of the demonstration after the other. Each window starts from the state that the previous one reached in the
+    exact model. The motion of the object has priority; joints may differ from the demonstration if this brings the object closer. The goal of
+    the plan is the pose of the object at the end of the demonstration.
 
-    Raises InvalidInput.
+      task: Task that gives the scene and the tolerances.
+      demonstration: Demonstration of read_demonstration().
+      timeout_s: largest wall time [s], > 0.
+      threads: 0: all cores.
+      on_progress: function that is called with the share that is done. The return value False ends the repair.
+
+    Returns a Repair. Raises InvalidInput.
     """
     begin = clock.monotonic()
     demonstration = calm(demonstration)
@@ -322,13 +329,13 @@ def _result(reference: Reference, followed: _Follower, demonstration: Demonstrat
 def main(words: Sequence[str]) -> int:
     """`stiction repair`"""
     parser = _command.make_parser("repair", "Makes a demonstration, which may break the laws of contact, into a plan of the contact model, and says what had to change.")
-    parser.add_argument("task", metavar="TASK", help="name or file of a task: its scene and tolerances count")
+    parser.add_argument("task", metavar="TASK", help="name or file of a task that gives the scene and the tolerances")
     parser.add_argument("file", type=Path, metavar="FILE", help="joints and objects over time: .csv or .npz, as `stiction export` writes them")
-    parser.add_argument("--unit", choices=list(UNITS), default="m", help="of lengths in the file (default: %(default)s)")
-    parser.add_argument("--angle", choices=list(ANGLES), default="rad", help="of joint angles in the file (default: %(default)s)")
-    parser.add_argument("--timeout", type=_command.positive, default=120.0, metavar="S", help="[s] (default: %(default)s)")
-    parser.add_argument("--threads", type=_command.integer(0, 4096), default=0, metavar="N", help="(default: all cores)")
-    parser.add_argument("-o", "--out", type=Path, default=Path("repaired"), metavar="FOLDER", help="for plan.json (default: ./%(default)s)")
+    parser.add_argument("--unit", choices=list(UNITS), default="m", help="unit of lengths in the file (default: %(default)s)")
+    parser.add_argument("--angle", choices=list(ANGLES), default="rad", help="unit of joint angles in the file (default: %(default)s)")
+    parser.add_argument("--timeout", type=_command.positive, default=120.0, metavar="S", help="largest wall time [s] (default: %(default)s)")
+    parser.add_argument("--threads", type=_command.integer(0, 4096), default=0, metavar="N", help="number of threads (default: all cores)")
+    parser.add_argument("-o", "--out", type=Path, default=Path("repaired"), metavar="FOLDER", help="folder for plan.json (default: ./%(default)s)")
     a = parser.parse_args(words)
     task = load_task(a.task)
     done = repair(task, read_demonstration(a.file, task, unit=a.unit, angle=a.angle), timeout_s=a.timeout, threads=a.threads)

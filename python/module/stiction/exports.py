@@ -26,7 +26,7 @@ CONTACT = ("point", "normal", "force")  # with a component per axis
 
 @dataclass(frozen=True)
 class Motion:
-    """A plan as series over time; the time comes first."""
+    """A plan as time series. The first axis of each array is time."""
 
     plan: Plan
     time: np.ndarray  # (knots) [s]
@@ -43,7 +43,7 @@ class Motion:
     speed: float  # times the full timing
 
     def about(self) -> dict[str, Any]:
-        """Where it comes from."""
+        """Returns the origin of the motion: task, scene, status, seed, speed and version of the code."""
         plan = self.plan
         return {
             "code_version": version(),
@@ -56,7 +56,7 @@ class Motion:
 
 
 def make_motion(plan: Plan, trajectory: Trajectory | None = None) -> Motion:
-    """The plan at the knots of the trajectory; None: at the default speed. Raises InvalidInput: a trajectory of another plan."""
+    """Returns the motion of a plan at the knots of a trajectory; None: a trajectory at the default speed. Raises InvalidInput: a trajectory of another plan."""
     trajectory = make_trajectory(plan) if trajectory is None else trajectory
     model, t, q_all = plan.task.model, np.asarray(trajectory.times), np.asarray(trajectory.q)
     knots = np.asarray(trajectory.knots)
@@ -83,7 +83,7 @@ def make_motion(plan: Plan, trajectory: Trajectory | None = None) -> Motion:
 
 
 def poses_of_objects(model: Any, q: np.ndarray) -> np.ndarray:
-    """(knots, objects, 7), with quaternions that do not jump from one knot to the next."""
+    """Returns the poses of the objects (knots, objects, 7). Quaternions do not change their sign from one knot to the next."""
     out = np.empty((len(q), len(model.object_names), len(POSE)))
     for k, state in enumerate(q):
         for i, name in enumerate(model.object_names):
@@ -97,7 +97,7 @@ def poses_of_objects(model: Any, q: np.ndarray) -> np.ndarray:
 
 
 def write_csv(motion: Motion, file: Path) -> list[Path]:
-    """A row per knot in `file`, a row per contact of a knot in the file with `.contacts` before its suffix."""
+    """Writes one row per knot to `file`, and one row per contact of a knot to the file with `.contacts` before its suffix."""
     series = {"q": motion.q, "q_cmd": motion.q_cmd, "velocity": motion.velocity, "torque": motion.torque}
     head = ["time_s", "segment", *(f"{name}_{joint}" for name in series for joint in motion.joints), *(f"{name}_{axis}" for name in motion.objects for axis in POSE)]
     table = np.hstack([*series.values(), motion.poses.reshape(len(motion.time), -1)])
@@ -123,7 +123,7 @@ def write_table(file: Path, head: Sequence[str], rows: Any) -> Path:
 
 
 def write_npz(motion: Motion, file: Path) -> list[Path]:
-    """Arrays without pickles: np.load(file)["q"]."""
+    """Writes the arrays to an .npz file without pickles: np.load(file)["q"]."""
     flat = [(k, c) for k, contacts in enumerate(motion.contacts) for c in contacts]
     arrays = {name: getattr(motion, name) for name in ("time", "q", "q_cmd", "velocity", "torque", "poses")}
     arrays |= {name: np.array(getattr(motion, name), dtype=str) for name in ("kinds", "joints", "objects")}
@@ -141,7 +141,7 @@ def write_npz(motion: Motion, file: Path) -> list[Path]:
 
 
 def write_json(motion: Motion, file: Path) -> list[Path]:
-    """One object; its fields are those of docs/exports.md."""
+    """Writes one JSON object with the fields of docs/exports.md."""
     knots = [
         {
             "time": t,
@@ -175,7 +175,7 @@ WRITERS: dict[str, Callable[[Motion, Path], list[Path]]] = {"csv": write_csv, "n
 
 
 def format_of(file: Path, given: str | None) -> str:
-    """Raises InvalidInput: none that there is."""
+    """Returns the format for a file. Raises InvalidInput: unknown format."""
     found = file.suffix[1:] if given is None else given
     if found not in WRITERS:
         field = "format" if given is not None else f"{file}: format"
@@ -184,7 +184,7 @@ def format_of(file: Path, given: str | None) -> str:
 
 
 def describe_miss(plan: Plan) -> str | None:
-    """A sentence on a plan that does not reach its goal; None: it does."""
+    """Returns a sentence on a plan that does not reach its goal. None: the plan reaches its goal."""
     if plan.status == Status.Solved:
         return None
     error, goal = plan.error, plan.task.goal
@@ -195,7 +195,7 @@ def describe_miss(plan: Plan) -> str | None:
 
 
 def write(plan: Plan, file: str | os.PathLike[str], *, format: str | None = None, trajectory: Trajectory | None = None) -> list[Path]:
-    """What Plan.export() does."""
+    """Writes a plan for other programs, as Plan.export() does."""
     if miss := describe_miss(plan):
         warnings.warn(miss, stacklevel=2)
     return write_motion(plan, Path(file), format_of(Path(file), format), trajectory)
@@ -208,7 +208,7 @@ def write_motion(plan: Plan, file: Path, format: str, trajectory: Trajectory | N
 def make_parser() -> _command.Parser:
     parser = _command.make_parser("export", "Writes plans over time for other programs: joints, commands, velocities, torques, poses of objects, contacts.")
     parser.add_argument("plans", type=Path, nargs="+", metavar="PLAN", help="plan file, or its folder; several become the episodes of a data set (lerobot)")
-    parser.add_argument("--format", metavar="FORMAT", help=f"one of {', '.join(sorted(WRITERS))} (default: what FILE ends in)")
+    parser.add_argument("--format", metavar="FORMAT", help=f"one of {', '.join(sorted(WRITERS))} (default: the suffix of FILE)")
     parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="a new folder for lerobot (default: motion.FORMAT in the folder of the plan)")
     parser.add_argument(
         "--speed",
@@ -217,8 +217,8 @@ def make_parser() -> _command.Parser:
         help="speed, times the full timing that follows from object and motors; above 1 only pushes are faster. Without feedback most plans hold at 0.1, and few at 1 "
         "(default: %(default)s)",
     )
-    parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="commands rest this long between pieces [s] (default: %(default)s)")
-    parser.add_argument("--fps", type=_command.integer(1, 1000), metavar="N", help="frames a second of lerobot (default: 30)")
+    parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="time of constant commands between pushes and regrasps [s] (default: %(default)s)")
+    parser.add_argument("--fps", type=_command.integer(1, 1000), metavar="N", help="frames per second of lerobot (default: 30)")
     return parser
 
 

@@ -29,7 +29,7 @@ EXPLORING = {"goal_bias": 0.1}  # a tree that goes everywhere, not straight to t
 
 @dataclass(frozen=True)
 class Grasps:
-    """States (grasps first) that stay as they are with their commands."""
+    """Held grasps: states at rest with the commands that hold them. The first axis of each array is the index of the grasp."""
 
     task: str
     scene_sha256: str
@@ -46,12 +46,12 @@ class Grasps:
         return len(self.q)
 
     def __getitem__(self, which: Any) -> Grasps:
-        """Those of a mask, a slice or a list of indices."""
+        """Returns the grasps of a mask, a slice or a list of indices."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return Grasps(**{name: value[which] if isinstance(value, np.ndarray) else value for name, value in values.items()})
 
     def write(self, file: str | os.PathLike[str]) -> Path:
-        """Arrays without pickles: np.load(file)["q"]. Raises InvalidInput: it cannot be written."""
+        """Writes the arrays to an .npz file without pickles: np.load(file)["q"]. Raises InvalidInput: the file cannot be written."""
         arrays: dict[str, Any] = {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)} | {"code_version": np.array(version())}
 
         def save(to: Path) -> None:
@@ -62,7 +62,7 @@ class Grasps:
 
 
 def read_grasps(file: str | os.PathLike[str], task: Task) -> Grasps:
-    """Grasps from their file. Raises InvalidInput: it is none, or of another scene."""
+    """Reads grasps from a file that Grasps.write() wrote. Raises InvalidInput: this is no such file, or the grasps belong to another scene."""
     try:
         with np.load(file, allow_pickle=False) as data:
             values = {field.name: data[field.name] for field in fields(Grasps)}
@@ -86,17 +86,24 @@ def find_grasps(
     threads: int = 0,
     on_progress: Callable[[int], bool | None] | None = None,
 ) -> Grasps:
-    """States of search trees of the task in which the robot holds the object of the goal.
+    """Finds grasps: states in which the robot holds the object of the goal at rest. Use them as starts for learning (docs/learning.md).
 
-      count: so many, or as many as the time allows. seed: of the first tree; each further tree has the next one.
-      tilt: gravity may come from this far aside, from four sides [rad], in [0, pi/2).
-      least_margin: share of all friction that may be lost, in [0, 0.9]. alone: only states in which nothing but the robot touches the object.
-      on_progress: called with the number found after each tree; False ends the search.
+    The states are nodes of search trees of the task. A state is a grasp if it comes to rest under its command, and if the object then stays
+    within the tolerances of the goal for 2 s, also with tilted gravity and with less friction. No two grasps are equal.
 
-    A state counts if it comes to rest with its command, and if the object then stays within the tolerances of the goal for 2 s, tilted and with less
-    friction. Every state differs from every other. Raises InvalidInput.
+      task: Task.
+      count: number of grasps to find, as far as the time allows.
+      seed: of the first search tree; each further tree has the next seed.
+      timeout_s: largest wall time [s].
+      tilt: angle by which gravity is tilted in four directions [rad], in [0, pi/2).
+      least_margin: share of the friction that a grasp can lose and still hold, in [0, 0.9].
+      alone: True: only states in which nothing but the robot touches the object.
+      threads: 0: all cores.
+      on_progress: function that is called after each tree with the number of grasps found. The return value False ends the search.
 
-        >>> grasps = st.find_grasps(st.load_task("planar_hand"), count=5, seed=0)
+    Returns Grasps. Raises InvalidInput.
+
+    >>> grasps = st.find_grasps(st.load_task("planar_hand"), count=5, seed=0)
         >>> grasps.q.shape, grasps.u.shape, bool((grasps.margin >= 0.1).all())
         ((5, 7), (5, 4), True)
     """
@@ -268,13 +275,13 @@ def main(words: Sequence[str]) -> int:
     parser = _command.make_parser("grasps", "Writes states in which the robot holds the object at rest, from search trees of a task, with how much friction each can lose.")
     parser.add_argument("task", metavar="TASK", help="name or file of a task")
     parser.add_argument("-o", "--out", type=Path, default=Path("grasps.npz"), metavar="FILE", help="(default: %(default)s)")
-    parser.add_argument("--count", type=_command.integer(1, 10**7), default=256, metavar="N", help="so many, or as many as the time allows (default: %(default)s)")
-    parser.add_argument("--seed", type=_command.integer(0, 2**63 - 1), default=0, metavar="N", help="of the first tree (default: %(default)s)")
-    parser.add_argument("--timeout", type=_command.positive, default=60.0, metavar="S", help="[s] (default: %(default)s)")
-    parser.add_argument("--tilt", type=_command.nonnegative, default=0.1, help="gravity may come from this far aside [rad] (default: %(default)s)")
-    parser.add_argument("--least-margin", type=_command.nonnegative, default=0.1, help="share of all friction that may be lost (default: %(default)s)")
+    parser.add_argument("--count", type=_command.integer(1, 10**7), default=256, metavar="N", help="number of grasps to find, as far as the time allows (default: %(default)s)")
+    parser.add_argument("--seed", type=_command.integer(0, 2**63 - 1), default=0, metavar="N", help="seed of the first search tree (default: %(default)s)")
+    parser.add_argument("--timeout", type=_command.positive, default=60.0, metavar="S", help="largest wall time [s] (default: %(default)s)")
+    parser.add_argument("--tilt", type=_command.nonnegative, default=0.1, help="angle by which gravity is tilted in the test of a grasp [rad] (default: %(default)s)")
+    parser.add_argument("--least-margin", type=_command.nonnegative, default=0.1, help="share of the friction that a grasp can lose and still hold (default: %(default)s)")
     parser.add_argument("--alone", action="store_true", help="only states in which nothing but the robot touches the object")
-    parser.add_argument("--threads", type=_command.integer(0, 4096), default=0, metavar="N", help="(default: all cores)")
+    parser.add_argument("--threads", type=_command.integer(0, 4096), default=0, metavar="N", help="number of threads (default: all cores)")
     a = parser.parse_args(words)
     task = load_task(a.task)
     grasps = find_grasps(task, count=a.count, seed=a.seed, timeout_s=a.timeout, tilt=a.tilt, least_margin=a.least_margin, alone=a.alone, threads=a.threads)

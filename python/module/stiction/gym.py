@@ -56,7 +56,7 @@ def _details(episodes: Episodes, outcome: Outcome | None = None) -> dict[str, np
 
 
 class TaskVectorEnv(gymnasium.vector.VectorEnv):  # type: ignore[misc]
-    """N episodes of a task, stepped on all cores; an episode that ended begins anew with the next step (AutoresetMode.NEXT_STEP)."""
+    """Vector environment: N episodes of a task, stepped in parallel. An episode that has ended restarts at the next step (AutoresetMode.NEXT_STEP)."""
 
     def __init__(self, episodes: Episodes) -> None:
         self.metadata = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP, "render_modes": []}
@@ -89,7 +89,7 @@ class TaskVectorEnv(gymnasium.vector.VectorEnv):  # type: ignore[misc]
 
 
 class TaskEnv(gymnasium.Env):  # type: ignore[misc]
-    """One episode of a task at a time."""
+    """Environment with one episode of a task at a time."""
 
     metadata: dict[str, Any] = {"render_modes": []}
 
@@ -124,18 +124,23 @@ def make_vec(
     seed: int = 0,
     threads: int = 0,
 ) -> TaskVectorEnv:
-    """A task as a gymnasium.vector.VectorEnv.
+    """Makes a task into a gymnasium.vector.VectorEnv, for reinforcement learning.
 
-      starts: held grasps from which episodes start at random: Grasps, their file, or how many to find (find_grasps); None: the start of the task.
-      goals: grasps, as above, of which an episode takes one object pose as its goal, away from its start; None: the goal of the task.
-      increment: largest change of a command in a step of 0.1 s [rad or m], > 0, or one for each joint; None: 0.05 rad and 0.02 m.
-      max_steps: of an episode, which is then truncated.
-      lost: an episode ends where the object is so much farther from its goal than at the start [m]; None: 20 tolerances.
-      seed: of the search for grasps. threads: 0 for all cores; the result does not depend on it.
+      task: Task, or its name or file.
+      num_envs: number N of episodes that are stepped together.
+      starts: grasps from which episodes start at random: Grasps, their file, or the number of grasps to find with find_grasps(). None: every
+        episode starts at the start of the task.
+      goals: grasps, as above. Each episode takes an object pose of one of them as its goal, away from its start. None: the goal of the task.
+      increment: largest change of a command in a step of 0.1 s [rad or m], > 0, or one number for each joint. None: 0.05 rad and 0.02 m.
+      max_steps: number of steps after which an episode is truncated.
+      lost: an episode ends if the object is farther from its goal than at the start by this distance [m]. None: 20 tolerances.
+      seed: of the search for grasps.
+      threads: 0: all cores. The result does not depend on this number.
 
-    Observation: joints, commands less joints, position and first two columns of the rotation of each object, translation and rotation vector from the object to
-    its goal (float32). Action: change of the commands, in [-1, 1] of `increment`. Reward: how many tolerances of position and angle the object came nearer,
-    and 10 for the goal. Raises InvalidInput; MissingExtra: gymnasium is not there.
+    The observation (float32) contains the joint positions, the commands minus the joint positions, the position and the first two columns of
+    the rotation matrix of each object, and the translation and rotation vector from the object to its goal. The action is the change of the
+    commands, in [-1, 1] times `increment`. The reward is the decrease of the distance from the goal, in tolerances of position and angle, plus
+    10 when the goal is reached. Raises InvalidInput; MissingExtra: gymnasium is not installed.
     """
     one = _task(task)
     held, wanted = _grasps(one, "starts", starts, seed), _grasps(one, "goals", goals, seed)
@@ -145,7 +150,7 @@ def make_vec(
 def make(
     task: str | os.PathLike[str] | Task, *, starts: Any = None, goals: Any = None, increment: Any = None, max_steps: int = 200, lost: float | None = None, seed: int = 0
 ) -> TaskEnv:
-    """A task as a gymnasium.Env; arguments as those of make_vec()."""
+    """Makes a task into a gymnasium.Env. The arguments are those of make_vec()."""
     one = _task(task)
     held, wanted = _grasps(one, "starts", starts, seed), _grasps(one, "goals", goals, seed)
     return TaskEnv(Episodes(one, 1, starts=held, goals=wanted, increment=increment, max_steps=max_steps, lost=lost, threads=1))

@@ -41,14 +41,17 @@ def _pull_back(model: _core.Model, options: dict[str, Any], smoothing: Any, q_st
 
 
 def rollout(model: _core.Model, q_start: Any, u: Any, *, gradient_smoothing: Any = None, **options: Any) -> Any:
-    """Configurations (N, T + 1, n_q) from the starts (N, n_q) along the commands (N, T, n_a), the start first.
+    """Computes N trajectories of T steps, as a differentiable function of JAX.
 
-    gradient_smoothing: of the steps whose derivatives are taken, as st.Analytic(kappa=100); None: of the steps themselves. An exact step has the
-      derivative 0 where nothing touches.
-    options: threads, h, smoothing … of stiction.rollout_batch.
+    model: Model of the scene.
+    q_start: configurations at the start (N, n_q).
+    u: commands (N, T, n_a) [m or rad].
+    gradient_smoothing: smoothing of the steps whose derivatives are used, such as st.Analytic(kappa=100). None: the smoothing of the steps. An
+      exact step has the derivative 0 if nothing touches.
+    options: threads, h, smoothing and the other options of stiction.rollout_batch.
 
-    A trajectory whose step is not solved stays where it is. Gradients by quaternions are those along the sphere of unit quaternions. There are no second
-    derivatives.
+    Returns configurations, the start first (N, T + 1, n_q). If a step has no solution, its trajectory stays there. The gradient by a quaternion
+    is tangent to the sphere of unit quaternions. There are no second derivatives.
     """
     q_start, u = _check("q_start", q_start, "N, n_q"), _check("u", u, "N, T, n_a")
 
@@ -66,5 +69,5 @@ def rollout(model: _core.Model, q_start: Any, u: Any, *, gradient_smoothing: Any
 
 
 def step(model: _core.Model, q: Any, u: Any, *, gradient_smoothing: Any = None, **options: Any) -> Any:
-    """The next configurations (N, n_q) from q (N, n_q) and commands u (N, n_a); arguments as those of rollout()."""
+    """Returns the next configurations (N, n_q) from configurations q (N, n_q) and commands u (N, n_a). Other arguments are those of rollout()."""
     return rollout(model, q, _check("u", u, "N, n_a")[:, None], gradient_smoothing=gradient_smoothing, **options)[:, 1]

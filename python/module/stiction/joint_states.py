@@ -22,7 +22,7 @@ INTERFACE = "sensor_msgs/msg/JointState"
 
 @dataclass(frozen=True)
 class JointStates:
-    """Positions and efforts of some joints over time."""
+    """Positions and efforts of joints over time, from a log."""
 
     joints: list[str]
     t: np.ndarray  # (moments) [s]
@@ -32,7 +32,7 @@ class JointStates:
     notes: list[str] = field(default_factory=list)  # a sentence each: what was left out, and what efforts are
 
     def save(self, file: str | PathLike[str]) -> Path:
-        """The arrays t, q, tau and joints in a file of numpy.savez, which `series` of a scenario of sensing reads."""
+        """Writes the arrays t, q, tau and joints to an .npz file, which the key `series` of a sensing scenario reads."""
         path = Path(file)
         if path.suffix != ".npz":
             raise InvalidInput(f"file: got '{path}', expected a name that ends in .npz")
@@ -41,13 +41,15 @@ class JointStates:
 
 
 def load_joint_states(file: str | PathLike[str], *, topic: str | None = None, joints: Sequence[str] | None = None) -> JointStates:
-    """The messages sensor_msgs/JointState of an MCAP file (ROS 2), by the names that each message has for its joints.
+    """Reads the sensor_msgs/JointState messages of an MCAP file (ROS 2), for contact sensing on a recorded robot.
 
-    topic: of the messages; None: the only one of this interface.
-    joints: to be read, in this order; None: those of most messages, in their order there. Messages without all of them are left out.
+    file: MCAP file.
+    topic: topic of the messages. None: the only topic of this type.
+    joints: names of the joints to read, in this order. None: the joints of most messages, in their order there. Messages without all of these
+      joints are left out.
 
-    Times are the stamps of the messages, or the times of the log where there are none. Raises InvalidInput: no such file, topic or joint; no message with finite
-    positions and efforts. Raises MissingExtra: the packages that read the file are not there.
+    Returns JointStates. Times are the stamps of the messages, or the times of the log if the messages have no stamps. Raises InvalidInput: no
+    such file, topic or joint, or no message with finite positions and efforts; MissingExtra: the packages that read the file are not installed.
     """
     path = Path(file)
     states = _Reader(path, list(_read_messages(path, topic)))

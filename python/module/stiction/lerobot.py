@@ -27,7 +27,7 @@ QUANTILES = (1, 10, 50, 90, 99)
 
 @dataclass(frozen=True)
 class Episode:
-    """Frames at equal times."""
+    """One episode: frames at equal times."""
 
     task: str  # in words
     joints: list[str]
@@ -44,7 +44,7 @@ def describe(task: Task) -> str:
 
 
 def resample(times: np.ndarray, values: np.ndarray, fps: int) -> np.ndarray:
-    """Values (knots, n) at 0, 1/fps, 2/fps … up to the last time, straight between knots."""
+    """Returns the values (knots, n) at the times 0, 1/fps, 2/fps … up to the last time, linear between knots."""
     at = np.arange(int(np.floor((times[-1] - times[0]) * fps + 1e-9)) + 1) / fps + times[0]
     return np.column_stack([np.interp(at, times, column) for column in values.T]) if values.shape[1] else np.empty((len(at), 0))
 
@@ -64,7 +64,7 @@ def _episode(task: Task, times: np.ndarray, q_all: np.ndarray, u: np.ndarray, fp
 
 
 def episode_of(item: Plan | Motion | tuple[Task, RunResult], fps: int) -> Episode:
-    """Of a plan at the default speed, of a motion, or of what a run measured."""
+    """Returns the episode of a plan at the default speed, of a motion, or of the measurements of a run."""
     if isinstance(item, Plan):
         item = make_motion(item)
     if isinstance(item, Motion):
@@ -78,12 +78,13 @@ def episode_of(item: Plan | Motion | tuple[Task, RunResult], fps: int) -> Episod
 
 
 def write_lerobot(items: Iterable[Plan | Motion | tuple[Task, RunResult]], folder: str | os.PathLike[str], *, fps: int = FPS) -> Path:
-    """Writes a data set of LeRobot, an episode for each item, into a new folder.
+    """Writes a data set of LeRobot into a new folder, with one episode for each item.
 
-      items: plans, motions of exports.make_motion(), or runs as (task, result of run()); all with the same joints and objects.
-      fps: frames a second, in [1, 1000].
+      items: plans, motions of exports.make_motion(), or runs as (task, result of run()). All items have the same joints and objects.
+      folder: the new folder.
+      fps: frames per second, in [1, 1000].
 
-    Raises InvalidInput: joints or objects differ, the folder is there; MissingExtra: Parquet needs `pip install stiction[parquet]`.
+    Raises InvalidInput: joints or objects differ, or the folder exists; MissingExtra: Parquet needs `pip install stiction[parquet]`.
     """
     if isinstance(fps, bool) or not isinstance(fps, int) or not 1 <= fps <= 1000:
         raise InvalidInput(f"fps: got {fps}, expected an integer from 1 to 1000")

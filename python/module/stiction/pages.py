@@ -59,7 +59,7 @@ def _load(shown: Plan | Task) -> Any:
 
 
 class Page:
-    """A self-contained page; a notebook shows it in a frame."""
+    """Self-contained HTML page, which a notebook shows in a frame."""
 
     def __init__(self, html: str, height: int) -> None:
         self.html, self._height = html, height
@@ -72,9 +72,12 @@ class Page:
 
 
 def show(shown: Plan | Task, *, height: int = 480) -> Page:
-    """What view() shows, as the last line of a cell of a notebook.
+    """Shows a plan, or a task before it is planned, in a notebook. Use it as the last line of a cell.
 
-    height: of the frame [pixels]. Raises InvalidInput: what is shown is no Plan and no Task.
+    shown: Plan or Task.
+    height: height of the frame [pixels].
+
+    Returns a Page. Raises InvalidInput: `shown` is neither a Plan nor a Task.
 
         >>> st.show(st.load_task("planar_pushing"))._repr_html_()[:16]
         '<iframe srcdoc="'
@@ -85,10 +88,14 @@ def show(shown: Plan | Task, *, height: int = 480) -> Page:
 def view(shown: Plan | Task, *, html: str | Path | None = None, port: int = 8080) -> Path | None:
     """Shows a plan, or a task before it is planned, in the browser.
 
-    html: a page to write, self-contained: play, scrub, contact forces as arrows. Returns it.
-    None: serves on the loopback address at `port` until Ctrl-C, and prints the address of the page with its token.
+    The page plays and scrubs the motion, and shows contact forces as arrows.
 
-    Raises InvalidInput: what is shown is neither; the page cannot be written.
+    shown: Plan or Task.
+    html: self-contained HTML file to write. None: a server on the loopback address shows the page until Ctrl-C, and prints the address of
+      the page with its token.
+    port: port of the server.
+
+    Returns the path of the HTML file, or None. Raises InvalidInput: `shown` is neither a Plan nor a Task, or the file cannot be written.
 
         >>> st.view(st.load_task("planar_pushing"), html="task.html").name
         'task.html'

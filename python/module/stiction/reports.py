@@ -127,11 +127,11 @@ def main(words: Sequence[str]) -> int:
         "report", "Packs a problem for those who are to look at it: the task, seed, version, what a search says, logs. Paths and names are taken out; look before you send it."
     )
     parser.add_argument("task", metavar="TASK|PLAN", help="name or file of a task, or a plan file or its folder")
-    parser.add_argument("--seed", type=_command.integer(0, 2**63 - 1), default=0, metavar="N", help="of the search (default: %(default)s)")
-    parser.add_argument("--timeout", type=_command.positive, default=20.0, metavar="S", help="of the search [s] (default: %(default)s)")
-    parser.add_argument("--log", type=Path, action="append", default=[], metavar="FILE", help=f"a log to add, its last {LOG_MB} MB; more than once if you like")
-    parser.add_argument("--note", default="", metavar="TEXT", help="what went wrong, in your words")
-    parser.add_argument("-o", "--out", type=Path, default=Path("report.zip"), metavar="FILE", help="(default: %(default)s)")
+    parser.add_argument("--seed", type=_command.integer(0, 2**63 - 1), default=0, metavar="N", help="seed of the search (default: %(default)s)")
+    parser.add_argument("--timeout", type=_command.positive, default=20.0, metavar="S", help="largest wall time of the search [s] (default: %(default)s)")
+    parser.add_argument("--log", type=Path, action="append", default=[], metavar="FILE", help=f"log file of which the last {LOG_MB} MB are added; may be repeated")
+    parser.add_argument("--note", default="", metavar="TEXT", help="description of the problem in your words")
+    parser.add_argument("-o", "--out", type=Path, default=Path("report.zip"), metavar="FILE", help="zip file to write (default: %(default)s)")
     a = parser.parse_args(words)
     is_plan = a.task.endswith(".json") or Path(a.task).is_dir()
     plan = read_plan(a.task) if is_plan else None

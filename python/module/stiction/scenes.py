@@ -13,15 +13,18 @@ from . import _core, sdf
 
 
 def import_scene(file: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None, object: str = "") -> _core.Task:
-    """A task for a scene that is in one MJCF, URDF or SDF file: trees with an actuator are robots, what moves in other trees are objects, the rest stands still.
+    """Makes a task from a whole scene in one MJCF, URDF or SDF file. Use it to plan in a scene that you already have.
 
-    It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the file). An SDF becomes an MJCF
-    first (stiction.sdf); what that takes otherwise than the SDF says is a warning each.
+    Kinematic trees with an actuator become robots. The moving bodies of other trees become objects, and all other bodies are fixed. The task
+    starts at the first keyframe, or else in the configuration of the file. Its goal is a placeholder: replace it by Task.set_goal or in the
+    task file. An SDF file is first converted to MJCF (stiction.sdf). Each element that MJCF cannot represent exactly gives a warning.
 
-      out: the task file to write, which names what was found and may be edited; the MJCF of an SDF is written beside it. None: in memory, with its text.
-      object: that the goal moves; empty: the first one.
+      file: MJCF, URDF or SDF file.
+      out: task file to write. It lists the robots and objects that were found, and you may edit it. For an SDF file, the MJCF is written
+        beside it. None: the task is made in memory, and Task.text holds its text.
+      object: name of the object that the goal moves. Empty: the first object.
 
-    Raises InvalidInput; of an SDF also MissingExtra: Drake is not installed.
+    Returns a Task. Raises InvalidInput; for an SDF file also MissingExtra: Drake is not installed.
 
     >>> xml = "<mujoco><worldbody><body pos='0 .3 0'><joint name='lid' type='slide' axis='1 0 0' range='0 .2'/><geom name='box' size='.05'/></body>" \\
     ...     "<body><joint name='arm' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 .2 0' size='.02'/></body></worldbody>" \\

@@ -37,13 +37,17 @@ UNIVERSAL = "universal"
 
 
 def convert_sdf(file: str | os.PathLike[str], out: str | os.PathLike[str], *, package_dirs: Iterable[str | os.PathLike[str]] = ()) -> list[str]:
-    """Writes the models and the world of an SDF as an MJCF: links, joints with limits, collision shapes, inertias, frames as sites.
+    """Converts an SDF file to MJCF: links, joints with limits, collision shapes and inertias; frames become sites.
 
-    A joint has a motor where it states an effort that is finite and not 0, or where a <plugin> names it as <joint_name>. "model://NAME" is a
-    folder NAME with a model.config in package_dirs, in the folder of the file, or in one above it.
+    A joint gets a motor if it states an effort that is finite and not 0, or if a <plugin> names it as <joint_name>. The name "model://NAME" is
+    a folder NAME with a model.config, which is searched in package_dirs, in the folder of the file, and in the folders above it.
 
-    Returns what was taken otherwise than the file says, one sentence each. Raises InvalidInput: the file cannot be read, or has joints that
-    a scene cannot have; MissingExtra: Drake is not installed.
+      file: SDF file.
+      out: MJCF file to write.
+      package_dirs: folders with packages.
+
+    Returns remarks on elements that were converted differently from the file, one sentence each. Raises InvalidInput: the file cannot be read,
+    or has joints that a scene cannot have; MissingExtra: Drake is not installed.
     """
     target = Path(out)
     text, notes = make_mjcf(Path(file), target, package_dirs=package_dirs)
@@ -509,7 +513,7 @@ def main(words: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m stiction sdf", description="Writes an SDF as an MJCF.", allow_abbrev=False)
     parser.add_argument("file", help="the SDF")
     parser.add_argument("out", help="MJCF to write")
-    parser.add_argument("--packages", action="append", default=[], metavar="FOLDER", help="folder with folders that model:// and package:// name")
+    parser.add_argument("--packages", action="append", default=[], metavar="FOLDER", help="folder that contains the packages which model:// and package:// name")
     arguments = parser.parse_args(words)
     for note in convert_sdf(arguments.file, arguments.out, package_dirs=arguments.packages):
         _command.say(f"note: {note}", sys.stderr)

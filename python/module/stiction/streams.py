@@ -108,7 +108,7 @@ def _square(body: Any, X_BG: Any, side: float, color: Any) -> Solid:
 
 
 def frames_of(plan: Plan, *, speed: float = 1.0, pause: float = 0.0, rate: float = RATE) -> Iterator[Frame]:
-    """A plan at equal times, its end as well. Between two knots there are the contacts of the next knot. Raises InvalidInput."""
+    """Yields the frames of a plan at equal times, and its end. Between two knots a frame has the contacts of the next knot. Raises InvalidInput."""
     if not 0 < rate <= 1000:
         raise InvalidInput(f"rate: got {rate:g}, expected frames a second in (0, 1000]")
     trajectory = make_trajectory(plan, speed=speed, pause=pause)
@@ -149,7 +149,7 @@ class Arrows:
 
 
 class Stream:
-    """Where frames go. A call with a RunSample sends it, as on_sample of run() does; it leaves Python's `with` closed."""
+    """Open viewers that show frames. Pass it as on_sample of run(): a call with a RunSample shows the sample. Use it in a `with` block, which closes it."""
 
     def __init__(self, shown: Plan | Task, sinks: list[Sink], *, paced: bool) -> None:
         self._shown, self._sinks, self._paced = shown, sinks, paced
@@ -160,19 +160,19 @@ class Stream:
 
     @property
     def live(self) -> bool:
-        """Somebody looks while frames are sent."""
+        """True: a viewer is connected."""
         return any(sink.live for sink in self._sinks)
 
     @property
     def addresses(self) -> list[str]:
-        """Where it can be looked at."""
+        """Addresses at which viewers show the stream."""
         return [sink.address for sink in self._sinks]
 
     def __call__(self, sample: RunSample) -> None:
         self.send(frame_of(sample, self._model))
 
     def send(self, frame: Frame) -> None:
-        """To all viewers, not sooner than its time has come where somebody looks."""
+        """Sends a frame to all viewers. If the stream is paced, it waits until the time of the frame."""
         at = Frame(frame.time + self._offset, frame.q, frame.u, frame.torque, frame.contacts, frame.state, frame.figures)
         if self._paced:
             self._begin = time.monotonic() - at.time if self._begin is None else self._begin
@@ -182,9 +182,14 @@ class Stream:
         self._last = at.time
 
     def play(self, plan: Plan | None = None, *, speed: float = 1.0, pause: float = 0.0, rate: float = RATE) -> float:
-        """Sends a plan, of the task that is shown, once; None: the plan that is shown. Another call goes on after it. Returns how long it is [s].
+        """Plays a plan once. A further call continues after it.
 
-        speed: times the full timing that follows from object and motors, > 0. pause: between pieces [s]. rate: frames a second. Raises InvalidInput.
+        plan: Plan of the task that is shown. None: the plan that is shown.
+        speed: factor on the full speed that follows from the object and the motors, > 0.
+        pause: time of constant commands between pushes and regrasps [s].
+        rate: frames per second.
+
+        Returns the length of the plan [s]. Raises InvalidInput.
         """
         played = self._shown if plan is None else plan
         if not isinstance(played, Plan):
@@ -195,7 +200,7 @@ class Stream:
         return self._last - self._offset
 
     def wait(self, timeout_s: float = 0.2) -> bool:
-        """Until somebody looks, or the time is over. A file needs nobody."""
+        """Waits until all viewers are connected, at most timeout_s. Returns True if they are; a file always is."""
         return all([sink.wait(timeout_s) for sink in self._sinks])
 
     def close(self) -> None:
@@ -212,13 +217,18 @@ class Stream:
 def stream(
     shown: Plan | Task, *, foxglove: int | None = None, host: str = "127.0.0.1", rerun: str | os.PathLike[str] | None = None, paced: bool | None = None
 ) -> Stream:
-    """Opens viewers on a plan or a task, to be closed: with st.stream(task, foxglove=8765) as stream: st.run(task, on_sample=stream).
+    """Opens live viewers, Foxglove or rerun, on a plan or a task (docs/streams.md).
 
-      foxglove: port of a server to which Foxglove connects, 0 for any that is free; None: none. host: address on which it listens; everybody who reaches it can look.
-      rerun: a file .rrd to write, or the address of a viewer that was started before, `rerun+http://127.0.0.1:9876/proxy`; None: none.
-      paced: frames are sent when their time has come; None: where somebody looks, not into a file alone.
+    Use the stream in a `with` block: with st.stream(task, foxglove=8765) as stream: st.run(task, on_sample=stream).
 
-    Raises InvalidInput: no viewer, a port that is taken, a viewer that does not answer; MissingExtra: `pip install stiction[foxglove]`, `stiction[rerun]`.
+      shown: Plan or Task.
+      foxglove: port of a server to which Foxglove connects; 0: any free port. None: no server.
+      host: address on which the server listens. Everybody who can reach this address can watch.
+      rerun: a file .rrd to write, or the address of a running viewer, `rerun+http://127.0.0.1:9876/proxy`. None: no rerun.
+      paced: True: a frame is sent when its time has come. None: paced, unless the stream only writes a file.
+
+    Returns a Stream. Raises InvalidInput: no viewer, a port in use, a viewer that does not answer; MissingExtra: install
+    `stiction[foxglove]` or `stiction[rerun]` with pip.
     """
     if not isinstance(shown, (Plan, Task)):
         raise InvalidInput(f"shown: got {type(shown).__name__}, expected a Plan or a Task")

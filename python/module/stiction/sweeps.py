@@ -37,18 +37,18 @@ class Case:
 
 
 class Run(Protocol):
-    """What is done with a case: a dataclass, whose fields belong to what makes a sweep another one."""
+    """Base of classes that run a case. A run is a dataclass; its fields distinguish one sweep from another."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
     columns: ClassVar[tuple[str, ...]]
 
     def __call__(self, case: Case) -> list[dict[str, Any]]:
-        """A row of `columns` and of `status` for each friction of the case."""
+        """Returns a row with `columns` and `status` for each friction factor of the case."""
 
 
 @dataclasses.dataclass(frozen=True)
 class PlanRun:
-    """Plans, refines, checks and simulates on one thread."""
+    """Run that plans, refines, checks and simulates, on one thread."""
 
     timeout_s: float = 20.0  # of the planner, and of refinement [s]
     refine: bool = True
@@ -216,15 +216,22 @@ def sweep(
     ray: str | None = None,
     on_progress: Callable[[Progress], object] | None = None,
 ) -> list[dict[str, Any]]:
-    """Runs every task with every choice of options and every seed, and returns the rows of the table (docs/sweeps.md).
+    """Runs every task with every choice of options and every seed, and writes one row of a table for each run (docs/sweeps.md).
 
-    tasks: names or files. seeds: a number n for 0 to n - 1, or the seeds. friction: factors of the coefficients in the simulation; None: plans are not
-    simulated. options: values of planner options by name, with dots into maps: {"goal_bias": [0.3, 0.5]}. out: the table, .csv, or .parquet where pyarrow
-    is installed; a row is appended as its run ends, and a call with the same arguments goes on where the last one ended. run: what is done, PlanRun() if
-    None. processes: at a time, one per core if None, of one thread each. ray: address of a cluster to run on instead, `local` for one of its own.
+    tasks: names or files of tasks.
+    seeds: a number n for the seeds 0 to n - 1, or the seeds themselves.
+    friction: factors of every coefficient of friction in the simulation. None: plans are not simulated.
+    options: values of planner options by name, with dots for nested options: {"goal_bias": [0.3, 0.5]}.
+    out: the table, .csv, or .parquet if pyarrow is installed. A row is appended when its run ends. A call with the same arguments continues
+      an interrupted sweep.
+    run: what each run does. None: PlanRun(), which plans, refines, checks and simulates.
+    processes: number of parallel processes, each with one thread. None: one per core.
+    ray: address of a Ray cluster to use instead; `local` starts one on this machine.
+    on_progress: function that is called with Progress.
 
-    A run whose process dies is tried again, then recorded with the status Died. Raises InvalidInput; MissingExtra: `pip install stiction[ray]`.
-    A script whose own class is `run` calls this under `if __name__ == "__main__":`, as for any other use of processes.
+    Returns the rows. If the process of a run dies, the run is tried again, and then recorded with the status Died. Raises InvalidInput;
+    MissingExtra: `pip install stiction[ray]`. If `run` is a class of your own script, call sweep() under `if __name__ == "__main__":`, as for
+    any other use of processes.
 
         >>> rows = st.sweep("planar_pushing", seeds=1, out="sweep.csv", processes=1)
         >>> [(row["seed"], row["accepted"]) for row in rows]
@@ -265,7 +272,7 @@ def run_cases(
 
 
 def read_table(file: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """The rows of a table of sweep(), .csv or .parquet; values are numbers, words, lists and dicts again."""
+    """Reads the rows of a table of sweep(), .csv or .parquet. Values are numbers, strings, lists and dicts."""
     return read_rows(Path(file))
 
 

@@ -53,20 +53,25 @@ class _Rollout(torch.autograd.Function):  # type: ignore[misc, name-defined]
 
 
 def rollout(model: _core.Model, q_start: Any, u: Any, *, gradient_smoothing: Any = None, strict: bool = True, **options: Any) -> Any:
-    """Configurations (N, T + 1, n_q) from the starts (N, n_q) along the commands (N, T, n_a), the start first.
+    """Computes N trajectories of T steps, as a differentiable function of PyTorch.
 
-    gradient_smoothing: of the steps whose derivatives are taken, as st.Analytic(kappa=100); None: of the steps themselves. An exact step has the
-      derivative 0 where nothing touches.
-    strict: a step that is not solved raises ArithmeticError; else its trajectory stays where it is, and its gradient passes that step unchanged.
-    options: threads, h, smoothing … of stiction.rollout_batch.
+    model: Model of the scene.
+    q_start: configurations at the start (N, n_q).
+    u: commands (N, T, n_a) [m or rad].
+    gradient_smoothing: smoothing of the steps whose derivatives are used, such as st.Analytic(kappa=100). None: the smoothing of the steps. An
+      exact step has the derivative 0 if nothing touches.
+    strict: True: a step without a solution raises ArithmeticError. False: its trajectory stays there, and the gradient passes that step
+      unchanged.
+    options: threads, h, smoothing and the other options of stiction.rollout_batch.
 
-    Gradients by quaternions are those along the sphere of unit quaternions. There are no second derivatives.
+    Returns configurations, the start first (N, T + 1, n_q). The gradient by a quaternion is tangent to the sphere of unit quaternions. There are
+    no second derivatives.
     """
     return _Rollout.apply(q_start, u, model, options, gradient_smoothing, strict)
 
 
 def step(model: _core.Model, q: Any, u: Any, *, gradient_smoothing: Any = None, strict: bool = True, **options: Any) -> Any:
-    """The next configurations (N, n_q) from q (N, n_q) and commands u (N, n_a); arguments as those of rollout()."""
+    """Returns the next configurations (N, n_q) from configurations q (N, n_q) and commands u (N, n_a). Other arguments are those of rollout()."""
     if isinstance(u, torch.Tensor) and u.dim() != 2:
         raise _core.InvalidInput(f"u: got the shape {tuple(u.shape)}, expected (N, n_a)")
     return rollout(model, q, u.unsqueeze(1), gradient_smoothing=gradient_smoothing, strict=strict, **options)[:, 1]
