@@ -135,9 +135,14 @@ std::pair<Rows, Cube> pull_back(const dynamics::StepOptions& options, ModelPtr m
 
 void bind_workspace(nb::module_& m) {
   nb::class_<BatchWorkspace>(m, "BatchWorkspace",
-                             "Threads and their scratch for many small batches; for one thread of the caller at a time.")
+                             "Threads and their memory, kept for many small batches. Only one thread of the caller may use it at a time.")
       .def(nb::init<const ModelPtr&, int>(), "model"_a, "threads"_a = 0,
-           R"(threads: 0 for all cores. Raises InvalidInput.
+           R"(Makes the threads for batches of one model.
+
+  model: Model of the batches.
+  threads: number of threads; 0: all cores.
+
+Raises InvalidInput.
 
     >>> model = st.load_task("planar_pushing").model
     >>> work = st.BatchWorkspace(model, threads=1)
@@ -148,9 +153,9 @@ void bind_workspace(nb::module_& m) {
 }
 
 void bind_steps(nb::module_& m) {
-  nb::class_<StepBatch>(m, "StepBatch", "Steps from N pairs of configuration and command, the pair first.")
+  nb::class_<StepBatch>(m, "StepBatch", "Results of step_batch(): N steps. The first axis of each array is the index of the step.")
       .def_prop_ro(
-          "status", [](const StepBatch& b) { return b.result.status; }, "(N)")
+          "status", [](const StepBatch& b) { return b.result.status; }, "status of each step (N)")
       .def_prop_ro(
           "solved",
           [](const StepBatch& b) {
@@ -158,34 +163,37 @@ void bind_steps(nb::module_& m) {
             for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = b.result.status[static_cast<std::size_t>(i)] == core::Status::Solved;
             return out;
           },
-          "(N); where it is False, q_next is q and A and B are 0")
+          "True for each step with the status Solved (N); otherwise q_next is q, and A and B are 0")
       .def_prop_ro(
-          "failed", [](const StepBatch& b) { return b.result.failed; }, "steps that are not Solved")
+          "failed", [](const StepBatch& b) { return b.result.failed; }, "number of steps that are not Solved")
       .def_prop_ro(
-          "q_next", [](const StepBatch& b) { return rows(b.result.q_next); }, "(N, n_q)")
+          "q_next", [](const StepBatch& b) { return rows(b.result.q_next); }, "next configurations (N, n_q)")
       .def_prop_ro(
-          "torque", [](const StepBatch& b) { return rows(b.result.torque); }, "of the springs (N, n_a) [N m, N]")
+          "torque", [](const StepBatch& b) { return rows(b.result.torque); }, "torques of the joint springs (N, n_a) [N m, N]")
       .def_prop_ro(
           "A", [](const StepBatch& b) { return cube(b, b.result.A, b.model->n_v(), b.model->n_v()); },
-          "D_qnext_q (N, n_v, n_v), None unless asked for; not to be written to")
+          "derivatives of q_next by q (N, n_v, n_v), a read-only array; None unless with_A was set")
       .def_prop_ro(
           "B", [](const StepBatch& b) { return cube(b, b.result.B, b.model->n_v(), b.model->n_a()); },
-          "D_qnext_u (N, n_v, n_a), None unless asked for; not to be written to")
-      .def_ro("wall_s", &StepBatch::wall_s, "that the steps took in the library, without copies of arrays [s]")
+          "derivatives of q_next by u (N, n_v, n_a), a read-only array; None unless with_B was set")
+      .def_ro("wall_s", &StepBatch::wall_s, "wall time of the steps, without copies of arrays [s]")
       .def("__len__", [](const StepBatch& b) { return b.result.status.size(); })
       .def("__repr__", [](const StepBatch& b) {
         return fmt::format("<stiction.StepBatch: {} steps, {} failed>", b.result.status.size(), b.result.failed);
       });
   def_with_step_options(
       m, "step_batch", &step_batch,
-      R"(step() from N pairs of configuration and command on all cores, with their local models where A or B is asked for (docs/theory/local_models.md).
+      R"(Computes N independent steps in parallel, as step() does for one, with their derivatives if asked for (docs/theory/local_models.md).
 
+  model: Model of the scene.
   q: configurations (N, n_q).
   u: commands (N, n_a) [m or rad].
-  tau_ext: external generalised forces besides gravity (N, n_v) [N, N m], or None.
-  with_A, with_B: the derivatives StepBatch.A and .B.
-  threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
-  workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
+  tau_ext: external generalised forces besides gravity (N, n_v) [N, N m]. None: 0.
+  with_A, with_B: also compute the derivatives StepBatch.A and StepBatch.B.
+  threads: 0: all cores. The result does not depend on this number, bit for bit, since no step uses a warm start.
+  workspace: BatchWorkspace of the model, which saves time for many small batches. None: a new one for this call.
+
+Returns a StepBatch.
 
     >>> task = st.load_task("planar_pushing")
     >>> q = np.tile(task.q_start, (1000, 1))
@@ -197,11 +205,14 @@ void bind_steps(nb::module_& m) {
   def_pickle<StepBatch>();
   m.def(
       "calc_weights_aside", &calc_weights_aside, "model"_a, "q"_a, "angle"_a, "draw"_a,
-      R"(What objects that move freely feel besides gravity when it comes from `angle` aside, at many configurations: tau_ext of step_batch().
+      R"(Computes the forces that tilt gravity by an angle, for free objects at many configurations. Use them as tau_ext of step_batch(), to test
+whether an object rests stably.
 
-  q: (N, n_q). angle: [rad], in [0, pi/2). draw: the side, in [0, 3]; each is a quarter turn from the one before.
+  q: configurations (N, n_q).
+  angle: angle by which gravity is tilted [rad], in [0, pi/2).
+  draw: direction of the tilt, in [0, 3]; each direction is a quarter turn from the previous one.
 
-Returns (N, n_v) [N, N m]; 0 without gravity and for objects on joints, which something carries.
+Returns generalised forces (N, n_v) [N, N m]. They are 0 without gravity, and for objects on joints.
 
     >>> task = st.load_task("allegro_ball")
     >>> st.calc_weights_aside(task.model, task.q_start[None], 0.1, 0)[0, :3].round(4)
@@ -209,28 +220,33 @@ Returns (N, n_v) [N, N m]; 0 without gravity and for objects on joints, which so
 }
 
 void bind_rollouts(nb::module_& m) {
-  nb::class_<RolloutBatch>(m, "RolloutBatch", "N trajectories of T steps each.")
+  nb::class_<RolloutBatch>(m, "RolloutBatch", "Results of rollout_batch(): N trajectories of T steps each.")
       .def_prop_ro(
           "q", [](const RolloutBatch& b) { return series(b.result.q, b.n_q, nb::find(b)); },
-          "(N, T + 1, n_q), the start first; not to be written to")
+          "configurations, the start first (N, T + 1, n_q); a read-only array")
       .def_prop_ro(
-          "status", [](const RolloutBatch& b) { return b.result.status; }, "(N); that of the first step that is not Solved")
+          "status", [](const RolloutBatch& b) { return b.result.status; },
+          "status of each trajectory (N): Solved, or the status of its first step that is not Solved")
       .def_prop_ro(
-          "steps", [](const RolloutBatch& b) { return b.result.steps; }, "(N) that were solved; a trajectory stays where a step failed")
+          "steps", [](const RolloutBatch& b) { return b.result.steps; },
+          "number of solved steps of each trajectory (N); a trajectory stays where a step failed")
       .def_prop_ro(
-          "failed", [](const RolloutBatch& b) { return b.result.failed; }, "trajectories that are not Solved")
-      .def_ro("wall_s", &RolloutBatch::wall_s, "that the steps took in the library, without copies of arrays [s]")
+          "failed", [](const RolloutBatch& b) { return b.result.failed; }, "number of trajectories that are not Solved")
+      .def_ro("wall_s", &RolloutBatch::wall_s, "wall time of the steps, without copies of arrays [s]")
       .def("__len__", [](const RolloutBatch& b) { return b.result.status.size(); })
       .def("__repr__", [](const RolloutBatch& b) {
         return fmt::format("<stiction.RolloutBatch: {} trajectories, {} failed>", b.result.status.size(), b.result.failed);
       });
   def_with_step_options(m, "rollout_batch", &rollout_batch,
-                        R"(N trajectories q[t + 1] = step(q[t], u[t]) on all cores.
+                        R"(Computes N trajectories q[t + 1] = step(q[t], u[t]) in parallel.
 
-  q_start: (N, n_q).
+  model: Model of the scene.
+  q_start: configurations at the start (N, n_q).
   u: commands (N, T, n_a) [m or rad].
-  threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
-  workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
+  threads: 0: all cores. The result does not depend on this number, bit for bit, since no step uses a warm start.
+  workspace: BatchWorkspace of the model, which saves time for many small batches. None: a new one for this call.
+
+Returns a RolloutBatch.
 
     >>> task = st.load_task("planar_pushing")
     >>> q = np.tile(task.q_start, (100, 1))
@@ -241,13 +257,19 @@ void bind_rollouts(nb::module_& m) {
                         "model"_a, "q_start"_a, "u"_a, nb::kw_only(), "threads"_a = 0, "workspace"_a = nb::none());
   def_with_step_options(
       m, "pull_back_rollout", &pull_back,
-      R"(Derivatives of a scalar L of the trajectories of rollout_batch() by starts and commands, from those by the configurations: the adjoint of the steps (S.25).
+      R"(Back-propagates the gradient of a scalar L through the trajectories of rollout_batch(), by the adjoint of the steps (S.25).
 
-  rolled: of rollout_batch(), for the same u.
+Use it to optimise commands: give dL/dq at all configurations, and get dL/dq_start and dL/du.
+
+  model: Model of the scene.
+  rolled: RolloutBatch of rollout_batch(), for the same u.
+  u: commands of that call (N, T, n_a) [m or rad].
   D_L_q: dL/dq (N, T + 1, n_q).
-  Arguments of the step: those of the rollout, or smoother ones; an exact step has the derivative 0 where nothing touches.
+  threads, workspace: as in rollout_batch().
 
-Returns dL/dq_start (N, n_q) and dL/du (N, T, n_a). The derivative by a quaternion is the one along the sphere of unit quaternions.
+The arguments of the step are those of rollout_batch(), or smoother ones: an exact step has the derivative 0 if nothing touches.
+
+Returns dL/dq_start (N, n_q) and dL/du (N, T, n_a). The derivative by a quaternion is tangent to the sphere of unit quaternions.
 
     >>> task = st.load_task("planar_pushing")
     >>> q = task.q_start[None]

@@ -69,9 +69,10 @@ std::string to_text(const ContactSet& s) {
 void bind_base_wrench(nb::module_& m) {
   const BaseWrench standard;
   nb::class_<BaseWrench>(m, "BaseWrench",
-                         R"(What a force and moment sensor under the base of a robot measures of contacts.
+                         R"(Measurement of a force and moment sensor under the base of a robot.
 
-  force_W: sum of the contact forces [N] (3). moment_W: sum of their moments about the origin of the world [N m] (3).
+  force_W: sum of the contact forces in W [N] (3).
+  moment_W: sum of their moments about the origin of W [N m] (3).
   force_noise, moment_noise: standard deviation of each component [N], [N m], > 0.)")
       .def(
           "__init__",
@@ -80,16 +81,16 @@ void bind_base_wrench(nb::module_& m) {
             self->validate();
           },
           "force_W"_a, "moment_W"_a, nb::kw_only(), "force_noise"_a = standard.force_noise, "moment_noise"_a = standard.moment_noise)
-      .def_ro("force_W", &BaseWrench::force_W, "[N] (3)")
-      .def_ro("moment_W", &BaseWrench::moment_W, "about the origin of the world [N m] (3)")
-      .def_ro("force_noise", &BaseWrench::force_noise, "[N]")
-      .def_ro("moment_noise", &BaseWrench::moment_noise, "[N m]");
+      .def_ro("force_W", &BaseWrench::force_W, "sum of the contact forces in W [N] (3)")
+      .def_ro("moment_W", &BaseWrench::moment_W, "sum of the moments about the origin of W [N m] (3)")
+      .def_ro("force_noise", &BaseWrench::force_noise, "standard deviation of each force component [N]")
+      .def_ro("moment_noise", &BaseWrench::moment_noise, "standard deviation of each moment component [N m]");
   m.def(
       "calc_base_wrench",
       [](const Vector& p_W, const Vector& f_W) {
         return sensing::calc_base_wrench(require_vector3("p_W", p_W), require_vector3("f_W", f_W));
       },
-      "p_W"_a, "f_W"_a, "That of a force at a point: f_W [N] (3) at p_W [m] (3).");
+      "p_W"_a, "f_W"_a, "Returns the BaseWrench of a single contact force f_W [N] (3) at the point p_W [m] (3).");
 }
 
 }  // namespace
@@ -105,33 +106,37 @@ ContactSets sense_contacts(const Sensor& sensor, const Eigen::VectorXd& q, const
 
 void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
   bind_base_wrench(m);
-  nb::class_<SetContact>(m, "SetContact", "A contact of a set.")
-      .def_ro("link", &SetContact::link, "as robot/link")
+  nb::class_<SetContact>(m, "SetContact", "One contact of a ContactSet.")
+      .def_ro("link", &SetContact::link, "link in contact, as robot/link")
       .def_prop_ro(
-          "p_L", [](const SetContact& c) { return c.point.p_L; }, "in the link's frame [m] (3)")
+          "p_L", [](const SetContact& c) { return c.point.p_L; }, "contact point in the frame of the link [m] (3)")
       .def_prop_ro(
-          "n_L", [](const SetContact& c) { return c.point.n_L; }, "outward unit normal (3)")
+          "n_L", [](const SetContact& c) { return c.point.n_L; }, "outward unit normal in the frame of the link (3)")
       .def_prop_ro(
-          "f_L", [](const SetContact& c) { return c.point.f_L; }, "on the robot [N] (3)")
+          "f_L", [](const SetContact& c) { return c.point.f_L; }, "force on the robot in the frame of the link [N] (3)")
       .def_ro("deviation", &SetContact::deviation,
-              "standard deviation of the point; where torques say nothing of it the size of its link [m]")
-      .def_ro("is_unique", &SetContact::is_unique, "no motion of the points and forces that leaves all torques moves this point");
-  nb::class_<ContactSet>(m, "ContactSet", "Contacts that make the torques together.")
-      .def_ro("contacts", &ContactSet::contacts, "by link")
-      .def_ro("residual", &ContactSet::residual, "what they leave of the torques, squared (Y.9) [(N m)^2]")
-      .def_ro("freedom", &ContactSet::freedom, "dimension of the points and forces near these with the same torques; 0: isolated")
+              "standard deviation of the point [m]; the size of the link if the torques do not determine the point")
+      .def_ro("is_unique", &SetContact::is_unique, "True: no change of points and forces that keeps all torques moves this point");
+  nb::class_<ContactSet>(m, "ContactSet", "Simultaneous contacts that together explain the torques.")
+      .def_ro("contacts", &ContactSet::contacts, "contacts, ordered by link")
+      .def_ro("residual", &ContactSet::residual, "squared torques that the contacts leave unexplained (Y.9) [(N m)^2]")
+      .def_ro("freedom", &ContactSet::freedom,
+              "dimension of the nearby points and forces with the same torques; 0: the solution is isolated")
       .def("__repr__", &to_text);
-  nb::class_<ContactSets>(m, "ContactSets", "What one measurement says of contacts at the same time.")
-      .def_prop_ro("verdict", [](const ContactSets& s) { return s.result.verdict; })
+  nb::class_<ContactSets>(m, "ContactSets", "Sets of simultaneous contacts that explain one measurement.")
       .def_prop_ro(
-          "count", [](const ContactSets& s) { return s.result.contacts; }, "contacts of each set: the fewest that explain the torques")
+          "verdict", [](const ContactSets& s) { return s.result.verdict; }, "whether contacts explain the torques")
+      .def_prop_ro(
+          "count", [](const ContactSets& s) { return s.result.contacts; },
+          "number of contacts in each set: the smallest number that explains the torques")
       .def_prop_ro(
           "ambiguous", [](const ContactSets& s) { return s.result.ambiguous; },
-          "several combinations of links explain the torques, or points and forces can change together without a trace in them")
-      .def_prop_ro("sets", &sets_of, "that explain the torques, by combination of links; where none do the best one")
+          "True: several combinations of links explain the torques, or points and forces can change together without a change of the "
+          "torques")
+      .def_prop_ro("sets", &sets_of, "sets that explain the torques, ordered by combination of links; if no set does, the best one")
       .def_prop_ro("best", &best_of, "the best set of each combination of links, the best combination first")
       .def_prop_ro(
-          "explained", [](const ContactSets& s) { return s.result.explained; }, "what counts as explained [(N m)^2]")
+          "explained", [](const ContactSets& s) { return s.result.explained; }, "largest residual that counts as explained [(N m)^2]")
       .def("__repr__", [](const ContactSets& s) {
         return fmt::format("<stiction.ContactSets: {}, {} contacts, {} sets{}>", sensing::to_string(s.result.verdict), s.result.contacts,
                            s.result.sets.size(), s.result.ambiguous ? ", ambiguous" : "");
@@ -142,16 +147,21 @@ void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
              "noise"_a = standard.sense.noise, "threshold"_a = nb::none(), "tolerance"_a = standard.sense.tolerance,
              "starts"_a = standard.starts, "descents"_a = standard.descents, "rest"_a = nb::none(), "sign"_a = 1,
              "unmeasured"_a = std::vector<JointArgument>(),
-             R"(One to three contacts at the same time that make the torques, the fewest that do.
+             R"(Finds one to three simultaneous contacts that explain the torques of one measurement, with as few contacts as possible.
 
-  q: configuration (n_q), or joint positions alone (n_a) [rad or m]. tau: external torques (n_a) [N m; N].
-  base: BaseWrench, or None. n_a torques cannot fix the 5 numbers of each contact if they are fewer: sets say their freedom.
-  last: of the measurement before, or None. Where one of its sets, led down from where it was, explains these torques and fewer contacts do not,
-    no other is looked for.
-  max_contacts: in [1, 3]. starts: first contacts that are tried on each link, >= 1. descents: for each combination of links, >= 1.
-  friction, rays, noise, threshold, tolerance, rest, sign, unmeasured: as of sense(); rays in [3, 64].
+Each contact has 5 unknown numbers. If there are fewer torques than unknowns, the contacts are not unique: see ContactSet.freedom.
 
-Raises InvalidInput by the name of the argument.)");
+  q: configuration (n_q), or joint positions alone (n_a) [rad or m].
+  tau: external torques (n_a) [N m; N].
+  base: BaseWrench of a sensor under the base, or None.
+  last: ContactSets of the previous measurement, or None. If one of its sets, improved by descent, explains these torques, and fewer
+    contacts do not, the search ends there.
+  max_contacts: largest number of contacts, in [1, 3].
+  starts: number of first contacts that are tried on each link, >= 1.
+  descents: number of descents for each combination of links, >= 1.
+  friction, rays, noise, threshold, tolerance, rest, sign, unmeasured: as in sense(); rays in [3, 64].
+
+Returns ContactSets. Raises InvalidInput, which names the argument.)");
   def_pickle<BaseWrench, SetContact, ContactSet, ContactSets>();
 }
 

@@ -116,20 +116,25 @@ auto of_contact(F field) {
 }
 
 void bind_options(nb::module_& m) {
-  nb::enum_<Law>(m, "Law", "What computes the command of a tick.")
-      .value("ContactAware", Law::ContactAware, "tracking with bounded forces (C.3)")
-      .value("Unconstrained", Law::Unconstrained, "baseline: tracking alone, without forces and limits")
-      .value("NullSpace", Law::NullSpace, "baseline: stiffness-consistent null space with the force as an equality")
-      .value("ForceEquality", Law::ForceEquality, "baseline: the early published form, the force of one contact as an equality");
-  nb::enum_<TrackingCost>(m, "TrackingCost", "What of a command is compared with the reference.")
-      .value("Command", TrackingCost::Command, "the command (5.24): for contacts with friction")
-      .value("Equilibrium", TrackingCost::Equilibrium, "the equilibrium that it leads to (5.22): for contacts without");
+  nb::enum_<Law>(m, "Law", "Control law of ContactController.")
+      .value("ContactAware", Law::ContactAware, "tracks the reference within bounds on the contact forces (C.3)")
+      .value("Unconstrained", Law::Unconstrained, "baseline: tracks the reference, without bounds on forces and without limits")
+      .value("NullSpace", Law::NullSpace, "baseline: controls the contact force, and tracks in the stiffness-consistent null space")
+      .value("ForceEquality", Law::ForceEquality,
+             "baseline: the early published form, in which the force of one contact is an equality constraint");
+  nb::enum_<TrackingCost>(m, "TrackingCost", "Quantity that the controller compares with the reference.")
+      .value("Command", TrackingCost::Command, "the command (5.24); for contacts with friction")
+      .value("Equilibrium", TrackingCost::Equilibrium, "the equilibrium that the command leads to (5.22); for contacts without friction");
   const ForceDampingOptions standard;
   nb::class_<ForceDampingOptions>(m, "ForceDampingOptions",
-                                  R"(How far forces that are not as predicted slow the command down (5.28), (5.29).
+                                  R"(Damping that slows the command down if contact forces differ from their prediction (5.28), (5.29).
 
-  largest: w_max [-], >= 0. force_scale: an error of this makes 1 - 1/e of it [N], > 0.
-  forget_rate: alpha, in (0, 1]. Both are stated for ticks of `period` [s], > 0; other ticks slow down as much per second. printed: (5.29) as printed, an average of two ticks; else a low-pass.)")
+  largest: largest damping w_max [-], >= 0.
+  force_scale: force error at which the damping is 1 - 1/e of its largest value [N], > 0.
+  forget_rate: coefficient alpha of the low-pass, in (0, 1].
+  period: tick for which largest and forget_rate are given [s], > 0. They are converted for other ticks, so that the damping per second is
+    the same.
+  printed: True: use (5.29) as printed, an average of two ticks. False: use a low-pass.)")
       .def(
           "__init__",
           [](ForceDampingOptions* self, double largest, double force_scale, double forget_rate, double period, Flag printed) {
@@ -137,11 +142,11 @@ void bind_options(nb::module_& m) {
           },
           nb::kw_only(), "largest"_a = standard.largest, "force_scale"_a = standard.force_scale, "forget_rate"_a = standard.forget_rate,
           "period"_a = standard.period, "printed"_a = standard.printed)
-      .def_ro("largest", &ForceDampingOptions::largest)
-      .def_ro("force_scale", &ForceDampingOptions::force_scale)
-      .def_ro("forget_rate", &ForceDampingOptions::forget_rate)
-      .def_ro("period", &ForceDampingOptions::period, "[s]")
-      .def_ro("printed", &ForceDampingOptions::printed)
+      .def_ro("largest", &ForceDampingOptions::largest, "largest damping w_max")
+      .def_ro("force_scale", &ForceDampingOptions::force_scale, "scale of the force error [N]")
+      .def_ro("forget_rate", &ForceDampingOptions::forget_rate, "coefficient alpha of the low-pass")
+      .def_ro("period", &ForceDampingOptions::period, "tick for which the options are given [s]")
+      .def_ro("printed", &ForceDampingOptions::printed, "True: (5.29) as printed")
       .def("__repr__", [](const ForceDampingOptions& o) {
         return fmt::format("ForceDampingOptions(largest={}, force_scale={}, forget_rate={}, period={}, printed={})", o.largest,
                            o.force_scale, o.forget_rate, o.period, o.printed ? "True" : "False");
@@ -149,45 +154,49 @@ void bind_options(nb::module_& m) {
 }
 
 void bind_state(nb::module_& m) {
-  nb::class_<ContactForce>(m, "ContactForce", R"(A force on the robot, measured or estimated.
+  nb::class_<ContactForce>(m, "ContactForce", R"(A measured or estimated contact force on the robot.
 
-  body: link that is touched, as robot/link.
-  p_WC: where [m] (3). force_W: on the robot; its direction is the normal of (5.4) [N] (3).
-  id: the same contact has the same number in the next tick, so that its force can be predicted.
-  lambda_max: own bound [N], > 0; None: that of the controller.)")
+  body: link in contact, as robot/link.
+  p_WC: contact point in W [m] (3).
+  force_W: contact force on the robot in W [N] (3). Its direction is the normal of (5.4).
+  id: number of the contact. Give the same contact the same number in every tick, so that the controller can predict its force.
+  lambda_max: bound on this force [N], > 0. None: the bound of the controller.)")
       .def(
           "__init__",
           [](ContactForce* self, const std::string& body, const Vector& p_WC, const Vector& force_W, int id,
              std::optional<double> lambda_max) { new (self) ContactForce(make_contact(body, p_WC, force_W, id, lambda_max)); },
           nb::kw_only(), "body"_a, "p_WC"_a, "force_W"_a, "id"_a = 0, "lambda_max"_a = nb::none())
-      .def_ro("body", &ContactForce::body)
-      .def_prop_ro("id", of_contact(&control::ContactForce::id))
-      .def_prop_ro("p_WC", of_contact(&control::ContactForce::p_WC), "[m] (3)")
-      .def_prop_ro("force_W", of_contact(&control::ContactForce::force_W), "on the robot [N] (3)")
-      .def_prop_ro("lambda_max", of_contact(&control::ContactForce::lambda_max), "[N], or None")
+      .def_ro("body", &ContactForce::body, "link in contact, as robot/link")
+      .def_prop_ro("id", of_contact(&control::ContactForce::id), "number of the contact")
+      .def_prop_ro("p_WC", of_contact(&control::ContactForce::p_WC), "contact point in W [m] (3)")
+      .def_prop_ro("force_W", of_contact(&control::ContactForce::force_W), "force on the robot in W [N] (3)")
+      .def_prop_ro("lambda_max", of_contact(&control::ContactForce::lambda_max), "bound on this force [N], or None")
       .def("__repr__", [](const ContactForce& c) {
         const Eigen::Vector3d &p = c.values.p_WC, &f = c.values.force_W;
         return fmt::format("ContactForce(body='{}', p_WC=[{:.6g}, {:.6g}, {:.6g}], force_W=[{:.6g}, {:.6g}, {:.6g}], id={})", c.body, p.x(),
                            p.y(), p.z(), f.x(), f.y(), f.z(), c.values.id);
       });
-  nb::class_<ToolReference>(m, "ToolReference", R"(Where a point fixed in a link is to be.
+  nb::class_<ToolReference>(m, "ToolReference", R"(Reference pose of a tool that is fixed to a link.
 
-  body: link, as robot/link. X_BT: the tool in it. X_WT: where it is to be in the world.)")
+  body: link, as robot/link.
+  X_BT: pose of the tool in the link.
+  X_WT: reference pose of the tool in W.)")
       .def(
           "__init__",
           [](ToolReference* self, const std::string& body, const world::Pose& X_BT, const world::Pose& X_WT) {
             new (self) ToolReference{body, X_BT, X_WT};
           },
           nb::kw_only(), "body"_a, "X_BT"_a, "X_WT"_a)
-      .def_ro("body", &ToolReference::body)
-      .def_ro("X_BT", &ToolReference::X_BT)
-      .def_ro("X_WT", &ToolReference::X_WT);
-  nb::class_<ControllerState>(m, "ControllerState", R"(What is measured and wanted in one tick.
+      .def_ro("body", &ToolReference::body, "link, as robot/link")
+      .def_ro("X_BT", &ToolReference::X_BT, "pose of the tool in the link")
+      .def_ro("X_WT", &ToolReference::X_WT, "reference pose of the tool in W");
+  nb::class_<ControllerState>(m, "ControllerState", R"(Measurement and reference of one tick of ContactController.
 
-  time: of the measurement [s].
-  q: joint positions (n_a) [rad or m].
-  q_ref: of the next tick (n_a); beside a tool: the posture that is preferred.
-  contacts: forces on the robot. tool: where a tool is to be; None: joints are tracked.)")
+  time: time of the measurement [s].
+  q: measured joint positions (n_a) [rad or m].
+  q_ref: reference joint positions of the next tick (n_a) [rad or m]. If a tool is given, q_ref is the preferred posture.
+  contacts: list of ContactForce on the robot.
+  tool: ToolReference to track. None: the controller tracks q_ref.)")
       .def(
           "__init__",
           [](ControllerState* self, double time, const Vector& q, const Vector& q_ref, std::vector<ContactForce> contacts,
@@ -195,32 +204,35 @@ void bind_state(nb::module_& m) {
             new (self) ControllerState{time, q.value, q_ref.value, std::move(contacts), std::move(tool)};
           },
           nb::kw_only(), "time"_a, "q"_a, "q_ref"_a, "contacts"_a = std::vector<ContactForce>{}, "tool"_a = nb::none())
-      .def_ro("time", &ControllerState::time, "[s]")
-      .def_ro("q", &ControllerState::q, "(n_a)")
-      .def_ro("q_ref", &ControllerState::q_ref, "(n_a)")
-      .def_ro("contacts", &ControllerState::contacts)
-      .def_ro("tool", &ControllerState::tool);
+      .def_ro("time", &ControllerState::time, "time of the measurement [s]")
+      .def_ro("q", &ControllerState::q, "measured joint positions (n_a)")
+      .def_ro("q_ref", &ControllerState::q_ref, "reference joint positions of the next tick (n_a)")
+      .def_ro("contacts", &ControllerState::contacts, "contact forces on the robot")
+      .def_ro("tool", &ControllerState::tool, "tool reference, or None");
 }
 
 void bind_command(nb::module_& m) {
   using control::ContactQpResult;
   using Values = control::ControllerCommand;
   const auto of = [](auto field) { return [field](const ControllerCommand& c) { return c.values.*field; }; };
-  nb::class_<ControllerCommand>(
-      m, "ControllerCommand",
-      "The command of a tick and what it rests on. Forces are those of `taken`; None unless the law is ContactAware.")
-      .def_prop_ro("status", of(&Values::status), "not Solved: q_cmd is that of the tick before")
-      .def_prop_ro("q_cmd", of(&Values::q_cmd), "(n_a) [rad or m]")
-      .def_prop_ro("held", of(&Values::held), "the measurement is not younger than the last one: nothing was computed")
-      .def_ro("taken", &ControllerCommand::taken, "contacts that count, with their forces after the low-pass")
-      .def_prop_ro("left_out", of(&Values::left_out), "contacts for which there was no room")
-      .def_prop_ro("damping", of(&Values::damping), "w of (5.24)")
+  nb::class_<ControllerCommand>(m, "ControllerCommand",
+                                "Command of one tick, with predicted forces. The predictions are for the contacts in `taken`, and None "
+                                "unless the law is ContactAware.")
+      .def_prop_ro("status", of(&Values::status), "if not Solved, q_cmd is the command of the previous tick")
+      .def_prop_ro("q_cmd", of(&Values::q_cmd), "commanded joint positions (n_a) [rad or m]")
+      .def_prop_ro("held", of(&Values::held), "True: the measurement is not newer than the previous one, and nothing was computed")
+      .def_ro("taken", &ControllerCommand::taken, "contacts that were used, with their forces after the low-pass")
+      .def_prop_ro("left_out", of(&Values::left_out), "number of contacts that were left out because of max_contacts")
+      .def_prop_ro("damping", of(&Values::damping), "damping w of (5.24)")
       .def_prop_ro("q_next", of_program(&ContactQpResult::q_next), "predicted equilibrium (n_a)")
       .def_prop_ro("lambda_", of_program(&ContactQpResult::lambda), "predicted forces [N] (contacts)")
-      .def_prop_ro("slack", of_program(&ContactQpResult::slack), "by which they exceed their bounds [N] (contacts)")
-      .def_prop_ro("pull", of_program(&ContactQpResult::pull), "by which they are below 0 where contacts do not pull [N] (contacts)")
-      .def_prop_ro("torque_slack", of_program(&ContactQpResult::torque_slack), "by which joint springs exceed `torque` [N m] (n_a)")
-      .def_prop_ro("limit_slack", of_program(&ContactQpResult::limit_slack), "by which q_cmd is outside the joint limits [rad or m] (n_a)")
+      .def_prop_ro("slack", of_program(&ContactQpResult::slack), "excess of the predicted forces over their bounds [N] (contacts)")
+      .def_prop_ro("pull", of_program(&ContactQpResult::pull),
+                   "amount by which a predicted force is below 0 at a contact that cannot pull [N] (contacts)")
+      .def_prop_ro("torque_slack", of_program(&ContactQpResult::torque_slack),
+                   "excess of the joint spring torques over `torque` [N m] (n_a)")
+      .def_prop_ro("limit_slack", of_program(&ContactQpResult::limit_slack),
+                   "amount by which q_cmd is outside the joint limits [rad or m] (n_a)")
       .def("__repr__", [](const ControllerCommand& c) {
         return fmt::format("<stiction.ControllerCommand: {}, {} contacts>", core::to_string(c.values.status), c.taken.size());
       });
@@ -235,27 +247,33 @@ void bind_control(nb::module_& m) {
   const ControllerOptions standard;
   nb::class_<ContactController>(
       m, "ContactController",
-      R"(Commands of a stiffness-controlled robot with bounded contact forces, as ros2_control shapes one: configured once, then one
-update a tick. docs/theory/control.md
+      R"(Controller that tracks a reference with a stiffness-controlled robot and keeps contact forces within bounds (docs/theory/control.md).
 
-  model: with a robot whose joints have a stiffness.
-  law: Law.ContactAware, or a baseline. cost: TrackingCost.Command (5.24) or Equilibrium (5.22).
-  lambda_max: bound of every contact that brings none of its own [N], > 0.
-  force_threshold: contacts with less force are left out [N], >= 0, below lambda_max; None: 5 N, or a third of lambda_max if that is less.
-  force_time_constant: low-pass on the force of a contact [s], >= 0.
-  release_time: in which the bound of a contact that is lost grows by lambda_max, until it holds nothing back [s], > 0.
-  max_contacts: of more than these those with the largest forces are taken.
-  revolute_speed [rad/s], prismatic_speed [m/s]: of commands, > 0.
-  posture_time_constant: in which the posture beside a tool is got nearer [s], >= 0.
-  torque: of the joint springs (n_a) [N m], > 0; None: not bounded.
-  tool_length: a metre of the tool counts as 1/this radians [m], > 0.
+Call configure() once and update() in every tick, as in a controller of ros2_control.
+
+  model: Model with a robot whose joints have a stiffness.
+  law: Law.ContactAware, or a baseline.
+  cost: TrackingCost.Command (5.24) or TrackingCost.Equilibrium (5.22).
+  lambda_max: bound on the force of every contact that has no bound of its own [N], > 0.
+  force_threshold: contacts with a smaller force are ignored [N], >= 0, below lambda_max. None: 5 N, or a third of lambda_max if that is
+    less.
+  force_time_constant: time constant of the low-pass on contact forces [s], >= 0.
+  release_time: when a contact is lost, its bound remains and grows by lambda_max in this time [s], > 0, until the reference asks for no more.
+  max_contacts: largest number of contacts; if there are more, the controller uses those with the largest forces.
+  revolute_speed, prismatic_speed: largest speed of a command [rad/s], [m/s], > 0.
+  posture_time_constant: time constant with which the robot approaches the preferred posture while it tracks a tool [s], >= 0.
+  torque: bounds on the torques of the joint springs (n_a) [N m], > 0. None: no bound.
+  tool_length: length by which tool positions are divided when they are added to angles [m], > 0.
   damping: ForceDampingOptions().
-  unilateral: contacts that the reference does not leave do not pull.
-  contact_compliance: softness of a contact as a share of the arm's own, > 0; least_lever: shortest lever by which it is judged [m], > 0.
-  posture_weight: of |q_cmd - q_ref|^2 beside a tool; epsilon: of it beside the equilibrium (5.22), > 0.
-  force_priority, unilateral_priority: of bounded forces before contacts that do not pull, and of these before tracking.
+  unilateral: True: a contact that the reference does not leave cannot pull.
+  contact_compliance: compliance of a contact as a share of the arm's compliance at that point, > 0.
+  least_lever: a contact with a shorter lever to the joint axes has the compliance of this lever [m], > 0.
+  posture_weight: weight of |q_cmd - q_ref|^2 while a tool is tracked, > 0.
+  epsilon: weight of |q_cmd - q_ref|^2 beside the equilibrium cost (5.22), > 0.
+  force_priority: priority of force bounds, above unilateral_priority.
+  unilateral_priority: priority of contacts that cannot pull, above tracking, > 0.
 
-Raises InvalidInput by the name of the argument; of a robot without stiffness.
+Raises InvalidInput, which names the argument, also for a robot without stiffness.
 
     >>> model = st.load_control_scenario("box_in_the_way").model
     >>> controller = st.ContactController(model, lambda_max=15.0)
@@ -271,18 +289,23 @@ Raises InvalidInput by the name of the argument; of a robot without stiffness.
            "damping"_a = standard.damping, "unilateral"_a = standard.qp.unilateral, "contact_compliance"_a = standard.qp.contact_compliance,
            "posture_weight"_a = standard.qp.posture_weight, "epsilon"_a = standard.qp.epsilon, "least_lever"_a = standard.qp.least_lever,
            "force_priority"_a = standard.qp.force_priority, "unilateral_priority"_a = standard.qp.unilateral_priority)
-      .def_ro("model", &ContactController::model)
-      .def_prop_ro("law", [](const ContactController& c) { return c.controller.options().law; })
+      .def_ro("model", &ContactController::model, "model of the robot")
       .def_prop_ro(
-          "lambda_max", [](const ContactController& c) { return c.controller.options().lambda_max; }, "[N]")
+          "law", [](const ContactController& c) { return c.controller.options().law; }, "control law")
+      .def_prop_ro(
+          "lambda_max", [](const ContactController& c) { return c.controller.options().lambda_max; }, "bound on contact forces [N]")
       .def(
           "configure", [](ContactController& self, const Vector& q) { self.controller.configure(q.value); }, "q"_a,
-          "Starts anew with the present joint positions (n_a) as command. Raises InvalidInput: size, not finite.")
+          "Resets the controller. Its first command is q, the present joint positions (n_a) [rad or m]. Raises InvalidInput: wrong size, "
+          "not finite.")
       .def("update", &update, "state"_a, "dt"_a,
-           R"(The next command, from a ControllerState. dt: for which it holds [s], > 0.
+           R"(Computes the command of the next tick.
 
-A state that is not younger than the last one changes nothing: `held`. Raises InvalidInput: sizes, numbers that are not finite, dt <= 0,
-a link that is not the robot's.)");
+  state: ControllerState with the measurement and the reference.
+  dt: time for which the command is in force [s], > 0.
+
+Returns a ControllerCommand. If the state is not newer than the previous one, nothing is computed and `held` is True. Raises InvalidInput:
+wrong sizes, numbers that are not finite, dt <= 0, or a link that does not belong to the robot.)");
   def_pickle<ForceDampingOptions, ContactForce, ToolReference, ControllerState, ControllerCommand>();
   def_no_pickle<ContactController>("ContactController", "the model and the options that it was made from");
 }

@@ -90,28 +90,30 @@ auto rows_over_ticks(F field) {
 }
 
 void bind_scenario(nb::module_& m) {
-  nb::class_<ControlScenario>(m, "ControlScenario",
-                              "A robot whose reference goes through things that it does not know, as a file says (scenarios/README.md).")
-      .def_ro("name", &ControlScenario::name)
-      .def_ro("description", &ControlScenario::description)
-      .def_ro("file", &ControlScenario::file)
-      .def_ro("model", &ControlScenario::model)
-      .def_ro("start", &ControlScenario::start, "joint positions (n_a)")
+  nb::class_<ControlScenario>(
+      m, "ControlScenario",
+      "Scenario for control(): a robot whose reference path leads into obstacles that it does not know (scenarios/README.md).")
+      .def_ro("name", &ControlScenario::name, "name of the scenario")
+      .def_ro("description", &ControlScenario::description, "one line about the scenario")
+      .def_ro("file", &ControlScenario::file, "path of the scenario file")
+      .def_ro("model", &ControlScenario::model, "model of the scene")
+      .def_ro("start", &ControlScenario::start, "joint positions at the start (n_a) [rad or m]")
       .def_prop_ro(
           "tool",
           [](const ControlScenario& s) -> std::optional<std::string> {
             if (s.tool < 0) return std::nullopt;
             return s.model->bodies()[static_cast<std::size_t>(s.tool)].name;
           },
-          "link that is tracked, as robot/link; None: joints are")
-      .def_ro("X_BT", &ControlScenario::X_BT, "of the tool in its link")
-      .def_ro("duration", &ControlScenario::duration, "[s]")
-      .def_ro("period", &ControlScenario::period, "of the controller [s]")
-      .def_ro("contacts", &ControlScenario::contacts)
-      .def_ro("delay", &ControlScenario::delay, "of what the controller is told of contacts [s]")
-      .def_prop_ro("law", [](const ControlScenario& s) { return s.controller.law; })
+          "link of the tool that is tracked, as robot/link; None: the joints are tracked")
+      .def_ro("X_BT", &ControlScenario::X_BT, "pose of the tool in its link")
+      .def_ro("duration", &ControlScenario::duration, "length of the run [s]")
+      .def_ro("period", &ControlScenario::period, "period of the controller [s]")
+      .def_ro("contacts", &ControlScenario::contacts, "source of the contacts that the controller receives")
+      .def_ro("delay", &ControlScenario::delay, "age of the contacts when the controller receives them [s]")
       .def_prop_ro(
-          "lambda_max", [](const ControlScenario& s) { return s.controller.lambda_max; }, "[N]")
+          "law", [](const ControlScenario& s) { return s.controller.law; }, "control law")
+      .def_prop_ro(
+          "lambda_max", [](const ControlScenario& s) { return s.controller.lambda_max; }, "bound on contact forces [N]")
       .def(
           "calc_reference",
           [](const ControlScenario& s, double time) {
@@ -121,23 +123,27 @@ void bind_scenario(nb::module_& m) {
             return out;
           },
           "time"_a,
-          "Joint positions (n_a), or displacement of the tool from its pose at the start in W [m] and its rotation vector [rad] (6).")
+          R"(Returns the reference at a time [s]: joint positions (n_a) [rad or m]; or for a tool (6)
+its displacement from its start pose in W [m] and the rotation vector [rad].)")
       .def("__repr__", [](const ControlScenario& s) { return fmt::format("<stiction.ControlScenario '{}': {:g} s>", s.name, s.duration); });
 }
 
 void bind_result(nb::module_& m) {
   using R = ControlRunResult;
-  nb::class_<R>(m, "ControlRunResult", "Forces are those of single contacts, measured; series have a row a tick.")
-      .def_ro("status", &R::status)
-      .def_ro("message", &R::message, "what the simulation said")
-      .def_prop_ro("times", over_ticks(&ControlSample::time), "[s] (ticks)")
+  nb::class_<R>(m, "ControlRunResult",
+                "Result of control(). Forces are measured forces of single contacts; series have one row for each tick.")
+      .def_ro("status", &R::status, "see control()")
+      .def_ro("message", &R::message, "reason of a numerical failure")
+      .def_prop_ro("times", over_ticks(&ControlSample::time), "times of the ticks [s] (ticks)")
       .def_prop_ro("q", rows_over_ticks(&ControlSample::q), "joint positions (ticks, n_a) [rad or m]")
       .def_prop_ro("q_cmd", rows_over_ticks(&ControlSample::q_cmd), "commands (ticks, n_a) [rad or m]")
-      .def_prop_ro("reference", rows_over_ticks(&ControlSample::reference), "joints (ticks, n_a) or tool (ticks, 6)")
-      .def_prop_ro("largest_force", over_ticks(&ControlSample::largest_force), "of one contact [N] (ticks)")
+      .def_prop_ro("reference", rows_over_ticks(&ControlSample::reference),
+                   "reference of the joints (ticks, n_a) or of the tool (ticks, 6)")
+      .def_prop_ro("largest_force", over_ticks(&ControlSample::largest_force), "largest force of one contact [N] (ticks)")
       .def_prop_ro("speed", over_ticks(&ControlSample::speed), "norm of the joint velocity [rad/s] (ticks)")
-      .def_prop_ro("error", over_ticks(&ControlSample::error), "norm of q - q_ref [rad], or distance of the tool [m] (ticks)")
-      .def_prop_ro("angle_error", over_ticks(&ControlSample::angle_error), "of the tool [rad] (ticks)")
+      .def_prop_ro("error", over_ticks(&ControlSample::error),
+                   "tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m] (ticks)")
+      .def_prop_ro("angle_error", over_ticks(&ControlSample::angle_error), "angle error of the tool [rad] (ticks)")
       .def_prop_ro(
           "bounded",
           [](const R& r) {
@@ -145,8 +151,8 @@ void bind_result(nb::module_& m) {
             for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = r.samples[static_cast<std::size_t>(i)].bounded;
             return out;
           },
-          "a force is predicted at its bound: the reference asks for more (ticks)")
-      .def_prop_ro("slack", over_ticks(&ControlSample::slack), "by which a force is predicted above its bound [N] (ticks)")
+          "True for each tick in which a predicted force is at its bound, since the reference asks for more (ticks)")
+      .def_prop_ro("slack", over_ticks(&ControlSample::slack), "largest excess of a predicted force over its bound [N] (ticks)")
       .def_prop_ro(
           "forces",
           [](const R& r) {
@@ -154,28 +160,28 @@ void bind_result(nb::module_& m) {
             for (const ControlSample& s : r.samples) out.push_back(s.forces);
             return out;
           },
-          "on the robot, per tick, of pairs of a robot with something else")
-      .def_ro("peak_force", &R::peak_force, "[N]")
-      .def_ro("settled_peak", &R::settled_peak, "without the first `settle` seconds of a contact [N]")
-      .def_ro("settled_ticks", &R::settled_ticks, "in contact, settled")
-      .def_ro("bounded_ticks", &R::bounded_ticks, "of these with the force at its bound")
-      .def_ro("bound_error", &R::bound_error, "mean |f - lambda_max| over them [N]")
-      .def_ro("bound_p95", &R::bound_p95, "95th percentile of f over them [N]")
-      .def_ro("mean_force", &R::mean_force, "over the settled ticks [N]")
-      .def_ro("makes", &R::makes, "contacts made, of the robot as a whole")
-      .def_ro("rms_error_contact", &R::rms_error_contact)
-      .def_ro("rms_error_free", &R::rms_error_free)
-      .def_ro("peak_speed", &R::peak_speed, "[rad/s]")
-      .def_ro("peak_force_rate", &R::peak_force_rate, "largest fall of a force between two ticks, settled contacts [N/s]")
-      .def_ro("peak_rise", &R::peak_rise, "largest rise of a force between two ticks, settled contacts [N]")
-      .def_ro("commanded_rise", &R::commanded_rise, "what the change of the command makes of it [N]")
-      .def_ro("above_ticks", &R::above_ticks, "settled ones in which a force is above its bound by more than a fifth")
-      .def_ro("slack_ticks", &R::slack_ticks, "in which a bound was given up by more than a thousandth of itself")
-      .def_ro("unsolved_ticks", &R::unsolved_ticks)
-      .def_ro("tick_median_s", &R::tick_median_s, "processor time of update() [s]")
-      .def_ro("tick_p99_s", &R::tick_p99_s)
-      .def_ro("sense_median_s", &R::sense_median_s, "processor time of an estimate of contacts [s]; 0: none were made")
-      .def_ro("sense_p99_s", &R::sense_p99_s)
+          "for each tick, the forces on the robot from pairs of a robot and another body")
+      .def_ro("peak_force", &R::peak_force, "largest force [N]")
+      .def_ro("settled_peak", &R::settled_peak, "largest force without the first `settle` seconds of each contact [N]")
+      .def_ro("settled_ticks", &R::settled_ticks, "number of ticks with a contact that is older than `settle`")
+      .def_ro("bounded_ticks", &R::bounded_ticks, "number of these ticks in which the force is at its bound")
+      .def_ro("bound_error", &R::bound_error, "mean |f - lambda_max| over the bounded ticks [N]")
+      .def_ro("bound_p95", &R::bound_p95, "95th percentile of the force over the bounded ticks [N]")
+      .def_ro("mean_force", &R::mean_force, "mean force over the settled ticks [N]")
+      .def_ro("makes", &R::makes, "number of times that the robot as a whole made contact")
+      .def_ro("rms_error_contact", &R::rms_error_contact, "RMS of the tracking error in contact")
+      .def_ro("rms_error_free", &R::rms_error_free, "RMS of the tracking error without contact")
+      .def_ro("peak_speed", &R::peak_speed, "largest norm of the joint velocity [rad/s]")
+      .def_ro("peak_force_rate", &R::peak_force_rate, "largest rate at which a settled force falls between two ticks [N/s]")
+      .def_ro("peak_rise", &R::peak_rise, "largest rise of a settled force between two ticks [N]")
+      .def_ro("commanded_rise", &R::commanded_rise, "part of peak_rise that the change of the command explains [N]")
+      .def_ro("above_ticks", &R::above_ticks, "number of settled ticks in which a force exceeds its bound by more than a fifth")
+      .def_ro("slack_ticks", &R::slack_ticks, "number of ticks in which a bound was relaxed by more than a thousandth")
+      .def_ro("unsolved_ticks", &R::unsolved_ticks, "number of ticks without a solution")
+      .def_ro("tick_median_s", &R::tick_median_s, "median processor time of update() [s]")
+      .def_ro("tick_p99_s", &R::tick_p99_s, "99th percentile of this processor time [s]")
+      .def_ro("sense_median_s", &R::sense_median_s, "median processor time of one contact estimate [s]; 0: no estimates")
+      .def_ro("sense_p99_s", &R::sense_p99_s, "99th percentile of this processor time [s]")
       .def("__repr__", [](const R& r) {
         return fmt::format("<stiction.ControlRunResult: {}, {} ticks, settled forces up to {:.3g} N>", core::to_string(r.status),
                            r.samples.size(), r.settled_peak);
@@ -206,18 +212,19 @@ void push(ControlLoop& self, const std::string& link, const Vector& force_W, con
 }
 
 void bind_loop(nb::module_& m) {
-  nb::class_<ControlSample>(m, "ControlSample", "One tick of a ControlLoop: the state from which its period started, and its command.")
-      .def_ro("time", &ControlSample::time, "[s]")
+  nb::class_<ControlSample>(m, "ControlSample", "One tick of a ControlLoop: the state at the start of its period, and its command.")
+      .def_ro("time", &ControlSample::time, "time at the start of the period [s]")
       .def_ro("q", &ControlSample::q, "joint positions (n_a) [rad or m]")
       .def_ro("q_cmd", &ControlSample::q_cmd, "command (n_a) [rad or m]")
-      .def_ro("forces", &ControlSample::forces, "on the robot, of pairs of a robot with something else, and of hands (pair -1)")
-      .def_ro("largest_force", &ControlSample::largest_force, "of one contact [N]")
-      .def_ro("error", &ControlSample::error, "norm of q - q_ref [rad], or distance of the tool [m]")
-      .def_ro("bounded", &ControlSample::bounded, "a force is predicted at its bound: the reference asks for more");
+      .def_ro("forces", &ControlSample::forces, "forces on the robot from pairs of a robot and another body, and from push() (pair -1)")
+      .def_ro("largest_force", &ControlSample::largest_force, "largest force of one contact [N]")
+      .def_ro("error", &ControlSample::error, "tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m]")
+      .def_ro("bounded", &ControlSample::bounded, "True: a predicted force is at its bound, since the reference asks for more");
   nb::class_<ControlLoop>(
       m, "ControlLoop",
-      R"(The arm of a scenario in the second-order simulation, tick by tick, as control() has it; after the last knot of the reference
-it stays there. Belongs to one thread at a time.
+      R"(Simulates the arm of a control scenario tick by tick, as control() does in one call. Use it to interact with the arm while it runs.
+
+After the last knot of the reference the arm stays there. Only one thread may use a loop at a time.
 
     >>> loop = st.ControlLoop(st.load_control_scenario("box_in_the_way"))
     >>> loop.push("arm/link_4", [0, 10, 0], [0, 0, 0])
@@ -232,14 +239,18 @@ it stays there. Belongs to one thread at a time.
           },
           "scenario"_a)
       .def("tick", &tick,
-           "Contacts are read, the controller is told of them, and its command is held for a period. Raises InvalidInput: "
-           "the simulation stopped.")
+           "Simulates one period: the controller receives the contacts, and its command is held. Returns a ControlSample. Raises "
+           "InvalidInput: the simulation failed.")
       .def("push", &push, "link"_a, "force_W"_a, "p_LP"_a,
-           "A force [N] (3) on a point fixed in a link [m] (3), from the next tick on, in place of the one before; zero ends it.")
+           R"(Applies a constant force to a link from the next tick on. It replaces the force of the previous call; a zero force ends it.
+
+  link: as robot/link.
+  force_W: force in W [N] (3).
+  p_LP: point of application in the frame of the link [m] (3).)")
       .def_prop_ro(
-          "time", [](const ControlLoop& self) { return self.loop.time(); }, "of the next tick [s]")
+          "time", [](const ControlLoop& self) { return self.loop.time(); }, "time of the next tick [s]")
       .def_prop_ro(
-          "q", [](const ControlLoop& self) { return Eigen::VectorXd(self.loop.q()); }, "(n_q)");
+          "q", [](const ControlLoop& self) { return Eigen::VectorXd(self.loop.q()); }, "configuration (n_q)");
   def_no_pickle<ControlLoop>("ControlLoop", "the scenario that it was made from");
   def_pickle<ControlSample>();
 }
@@ -262,38 +273,49 @@ void def_control(nb::module_& m, F scenario_of, const char* doc) {
 }  // namespace
 
 void bind_control_run(nb::module_& m) {
-  nb::enum_<ContactSource>(m, "ContactSource", "What a controller is told of contacts.")
-      .value("Simulated", ContactSource::True, "those of the simulation, as if a skin measured them")
-      .value("Estimated", ContactSource::Estimated, "what joint torques show: a momentum observer, then candidates of sensing");
+  nb::enum_<ContactSource>(m, "ContactSource", "Source of the contacts that the controller receives.")
+      .value("Simulated", ContactSource::True, "true contacts of the simulation, as if a tactile skin measured them")
+      .value("Estimated", ContactSource::Estimated,
+             "contacts that are estimated from joint torques, by a momentum observer and contact sensing");
   bind_scenario(m);
   bind_result(m);
   bind_loop(m);
   m.def("load_control_scenario", &load, "scenario"_a,
-        "A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\"."
+        "Loads a scenario for control(): the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\"."
         R"(
 
     >>> st.load_control_scenario("box_in_the_way").lambda_max
     15.0)");
   m.def("load_control_scenario", &parse, "scenario"_a, nb::kw_only(), "base"_a = nb::none(),
-        "The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises "
+        "Makes a scenario from a dict with the keys of a file. base: folder to which its paths are relative; None: the working folder. "
+        "Raises "
         "InvalidInput: \"field: got …\".");
   def_control<ControlScenario>(
       m, [](const ControlScenario& scenario) { return scenario; },
-      R"(Runs a scenario in the second-order simulation: impedance control of the joints, the contact controller above it.
+      R"(Simulates a contact-aware controller: the robot tracks a reference that leads into obstacles, and keeps contact forces within bounds.
 
-  law, lambda_max [N]: instead of the scenario's. friction_scale: factor of every coefficient of friction of the simulation, >= 0.
-  contacts: what the controller is told of contacts; delay: age of that, in whole ticks [s], >= 0; seed: of the noise of joint torques.
-  period: between two commands [s], > 0.
-  settle: forces are called steady this long after their contact was made [s], >= 0.
-  timeout_s: [s] > 0; None: as long as it takes.
+The second-order simulation contains impedance control of the joints and the ContactController above it.
 
-All but the last two: None is as the scenario says. status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises
-InvalidInput.
+  scenario: ControlScenario, or its name or file.
+  law: control law.
+  lambda_max: bound on contact forces [N], > 0.
+  friction_scale: factor of every coefficient of friction of the simulation, >= 0.
+  contacts: source of the contacts that the controller receives.
+  delay: age of these contacts, rounded to whole ticks [s], >= 0.
+  period: time between two commands [s], > 0.
+  seed: of the noise of joint torques.
+  settle: time after the start of a contact from which its force counts as steady [s], >= 0.
+  timeout_s: largest wall time [s], > 0. None: no limit.
+
+For the arguments from law to seed, None keeps the value of the scenario.
+
+Returns a ControlRunResult. Its status is Solved; MaxIterations: the time was used up; or NumericalFailure: `message` gives the reason.
+Raises InvalidInput.
 
     >>> run = st.control("box_in_the_way")
     >>> run.status, run.q.shape == (len(run.times), 7)
     (Status.Solved, True))");
-  def_control<ScenarioFile>(m, &load, "The same of load_control_scenario(scenario).");
+  def_control<ScenarioFile>(m, &load, "The same for load_control_scenario(scenario): give the name or file of a scenario.");
   def_pickle<ControlScenario, ControlRunResult>();
 }
 

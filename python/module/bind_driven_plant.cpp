@@ -52,15 +52,16 @@ void bind_driven_plant(nb::module_& m) {
   const ImpedanceOptions standard;
   nb::class_<DrivenPlant>(
       m, "DrivenPlant",
-      R"(A plant that is driven tick by tick: joint commands go to an impedance controller, its torques to the joints (C.7). Belongs to
-one thread at a time.
+      R"(A simulation that you advance tick by tick: an impedance controller turns joint commands into joint torques (C.7).
 
-  plant: Plant(model, damping_ratio=0): the damping is the controller's.
-  damping_ratio: with the inertia that a joint moves at the moment, >= 0.
-  velocity_cutoff, gain_cutoff: of the low-passes on joint velocities and on the damping [Hz], > 0.
-  period: between two torques, in whole timesteps of the plant [s], > 0.
+Use it to test your own controller. Only one thread may use it at a time.
 
-Raises InvalidInput by the name of the argument.
+  plant: Plant(model, damping_ratio=0), since the impedance controller provides the damping.
+  damping_ratio: damping ratio of each joint with the inertia that the joint moves, >= 0.
+  velocity_cutoff, gain_cutoff: cut-off frequencies of the low-passes on joint velocities and on the damping [Hz], > 0.
+  period: time between two torques, in whole time steps of the plant [s], > 0.
+
+Raises InvalidInput, which names the argument.
 
     >>> task = st.load_task("planar_pushing")
     >>> plant = st.DrivenPlant(st.Plant(task.model, damping_ratio=0))
@@ -75,22 +76,25 @@ Raises InvalidInput by the name of the argument.
             const Occupied occupied(self.busy, "plant");
             self.plant.reset(q.value);
           },
-          "q"_a, "At rest in q (n_q) at time 0, without a push.")
+          "q"_a, "Resets the simulation: at rest in q (n_q) at time 0, without a push.")
       .def("set_push", &set_push, "body"_a, "p_BP"_a, "force_W"_a,
-           "A constant force [N] (3) on a point fixed in a body [m] (3), from now on; zero ends it.")
+           "Applies a constant force force_W [N] (3) from now on, at the point p_BP of a body, in its frame [m] (3). A zero force ends it.")
       .def("advance", &advance, "command"_a, "duration"_a,
-           R"(Holds the command (n_a) [rad or m] for a time [s], > 0, rounded to periods of the impedance controller, at least one.
+           R"(Simulates with a constant command.
 
-Returns Solved, or NumericalFailure: `message` says what; only reset() goes on from there.)")
-      .def_prop_ro("time", reader(&Driven::time), "[s]")
-      .def_prop_ro("q", reader(&Driven::q), "(n_q)")
-      .def_prop_ro("v", reader(&Driven::v), "(n_v) [m/s, rad/s]")
-      .def_prop_ro("torque", reader(&Driven::torque), "of the joints (n_a) [N m or N]")
+  command: commanded joint positions (n_a) [rad or m].
+  duration: time [s], > 0. It is rounded to whole periods of the impedance controller, at least one.
+
+Returns Solved, or NumericalFailure: `message` gives the reason, and only reset() continues from there.)")
+      .def_prop_ro("time", reader(&Driven::time), "simulated time [s]")
+      .def_prop_ro("q", reader(&Driven::q), "configuration (n_q)")
+      .def_prop_ro("v", reader(&Driven::v), "velocity in tangent coordinates (n_v) [m/s, rad/s]")
+      .def_prop_ro("torque", reader(&Driven::torque), "joint torques (n_a) [N m or N]")
       .def_prop_ro("external", reader(&Driven::external),
-                   "torques of contacts, joint stops and the push, what Sensor.sense takes (n_a) [N m or N]")
-      .def_prop_ro("damping", reader(&Driven::damping), "of the impedance controller (n_a) [N m s/rad or N s/m]")
-      .def_prop_ro("forces", reader(&Driven::forces), "by pair index; only pairs that touch")
-      .def_prop_ro("message", reader(&Driven::message));
+                   "external torques of contacts, joint stops and the push (n_a) [N m or N]; the argument tau of Sensor.sense")
+      .def_prop_ro("damping", reader(&Driven::damping), "damping of the impedance controller (n_a) [N m s/rad or N s/m]")
+      .def_prop_ro("forces", reader(&Driven::forces), "contact forces of the pairs that touch, ordered by pair index")
+      .def_prop_ro("message", reader(&Driven::message), "reason of a numerical failure");
   def_no_pickle<DrivenPlant>("DrivenPlant", "the model and the options that it was made from");
 }
 

@@ -80,7 +80,8 @@ TubeResult calc_tube(const Plan& given, const ErrorSets& errors, const std::pair
 
 void bind_error_sets(nb::module_& m) {
   const ErrorSets sets;
-  nb::class_<ErrorSets>(m, "ErrorSets", "Sets in which the errors of a model lie (docs/theory/tube.md).")
+  nb::class_<ErrorSets>(m, "ErrorSets",
+                        "Bounds on the errors of a model: start pose, friction, mass and contact geometry (docs/theory/tube.md).")
       .def(
           "__init__",
           [](ErrorSets* out, double position, double angle, double friction, double mass, double contact) {
@@ -89,20 +90,28 @@ void bind_error_sets(nb::module_& m) {
           },
           nb::kw_only(), "position"_a = sets.position, "angle"_a = sets.angle, "friction"_a = sets.friction, "mass"_a = sets.mass,
           "contact"_a = sets.contact,
-          "position [m] and angle [rad]: of objects at the start, >= 0. friction, mass: shares by which every coefficient of friction and "
-          "the mass of every object are off at most, in [0, 1). contact: of the gap of a contact, in lengths of the object of the goal, >= "
-          "0. Raises InvalidInput.")
-      .def_ro("position", &ErrorSets::position, "[m]")
-      .def_ro("angle", &ErrorSets::angle, "[rad]")
-      .def_ro("friction", &ErrorSets::friction)
-      .def_ro("mass", &ErrorSets::mass)
-      .def_ro("contact", &ErrorSets::contact, "in lengths of the object");
-  nb::class_<WorldError>(m, "WorldError", "One world in sets of errors.")
-      .def_ro("start", &WorldError::start, "of the objects in their tangent (n_vu) [m, rad]")
+          R"(Bounds on the errors of a model.
+
+  position, angle: largest error of an object's pose at the start [m], [rad], >= 0.
+  friction, mass: largest relative error of the coefficients of friction and of the masses of the objects, in [0, 1).
+  contact: largest error of the gap of a contact, in lengths of the object of the goal, >= 0.
+
+Raises InvalidInput.)")
+      .def_ro("position", &ErrorSets::position, "bound on the position error of objects at the start [m]")
+      .def_ro("angle", &ErrorSets::angle, "bound on the angle error of objects at the start [rad]")
+      .def_ro("friction", &ErrorSets::friction, "bound on the relative error of friction")
+      .def_ro("mass", &ErrorSets::mass, "bound on the relative error of masses")
+      .def_ro("contact", &ErrorSets::contact, "bound on the error of a gap, in lengths of the object");
+  nb::class_<WorldError>(m, "WorldError", "One sample of the model errors, as draw_world() returns it.")
+      .def_ro("start", &WorldError::start, "error of the objects' start in tangent coordinates (n_vu) [m, rad]")
       .def_ro("friction", &WorldError::friction, "factor of every coefficient of friction")
       .def_ro("mass", &WorldError::mass, "factor of the mass of every object");
   m.def("draw_world", &draw_world, "plan"_a, "errors"_a = sets, nb::kw_only(), "seed"_a = 0, "index"_a = 0,
-        R"(A random world in the sets around the start of a plan: another one for each index, the same ones for a seed.
+        R"(Draws a random sample of the model errors within their bounds, for the start of a plan.
+
+  plan: Plan whose start and model are used.
+  errors: ErrorSets with the bounds.
+  seed, index: each index gives another sample; the same seed and index give the same sample.
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> world = st.draw_world(plan, st.ErrorSets(friction=0.0), index=3)
@@ -112,36 +121,42 @@ void bind_error_sets(nb::module_& m) {
 
 void bind_tube(nb::module_& m) {
   bind_error_sets(m);
-  nb::class_<TubeRest>(m, "TubeRest", "Where the object is at the end of a push or a regrasp.")
+  nb::class_<TubeRest>(m, "TubeRest", "Bound on the object's pose at the end of a push or a regrasp.")
       .def_ro("kind", &TubeRest::kind, "Contact or Regrasp")
-      .def_ro("last_segment", &TubeRest::last_segment, "of the plan, which ends here")
-      .def_ro("centre", &TubeRest::centre, "pose that the bound is around")
-      .def_ro("offset", &TubeRest::offset, "of the centre from where the plan has the object")
-      .def_ro("position", &TubeRest::position, "the object is within this of the centre [m]")
-      .def_ro("angle", &TubeRest::angle, "and turned from it by this at most [rad]; infinite where a scenario was lost")
-      .def_ro("scenarios", &TubeRest::scenarios, "poses in the bundle, that of the known world first");
-  nb::class_<TubeResult>(m, "TubeResult", "A bound of where the object of a plan is at every rest.")
+      .def_ro("last_segment", &TubeRest::last_segment, "index of the plan's last segment before this rest")
+      .def_ro("centre", &TubeRest::centre, "centre of the bound, a pose in W")
+      .def_ro("offset", &TubeRest::offset, "distance of the centre from the planned pose")
+      .def_ro("position", &TubeRest::position, "largest distance of the object from the centre [m]")
+      .def_ro("angle", &TubeRest::angle, "largest angle of the object from the centre [rad]; infinite if a scenario failed")
+      .def_ro("scenarios", &TubeRest::scenarios, "poses of the object in the scenarios, the nominal one first");
+  nb::class_<TubeResult>(m, "TubeResult", "Result of calc_tube(): bounds on the object's pose along a plan.")
       .def_ro("status", &TubeResult::status)
-      .def_ro("rests", &TubeResult::rests, "ends of pushes and regrasps, in their order")
-      .def_ro("goal", &TubeResult::goal, "bound of the distance from the goal at the end")
+      .def_ro("rests", &TubeResult::rests, "bounds at the ends of pushes and regrasps, in order")
+      .def_ro("goal", &TubeResult::goal, "bound on the distance from the goal at the end")
       .def_ro("calibrated", &TubeResult::calibrated,
-              "runs in the simulation stay inside as often as the factors promise: in planar scenes alone")
-      .def_ro("inside", &TubeResult::inside, "the bound is within the tolerances of the goal, and calibrated")
-      .def_ro("lost", &TubeResult::lost, "scenarios in which a step had no solution")
-      .def_ro("steps", &TubeResult::steps)
-      .def_ro("wall_s", &TubeResult::wall_s);
+              "True: simulated runs stay inside the bound as often as the calibration promises; only in planar scenes")
+      .def_ro("inside", &TubeResult::inside, "True: the bound is calibrated and lies within the tolerances of the goal")
+      .def_ro("lost", &TubeResult::lost, "number of scenarios in which a step had no solution")
+      .def_ro("steps", &TubeResult::steps, "number of steps that were simulated")
+      .def_ro("wall_s", &TubeResult::wall_s, "wall time [s]");
   const TubeOptions standard;
-  m.def("calc_tube", &calc_tube, "plan"_a, "errors"_a = standard.errors, nb::kw_only(),
-        "factors"_a = std::pair(standard.factors.position, standard.factors.angle), "scenarios"_a = standard.scenarios,
-        "seed"_a = standard.seed, "threads"_a = standard.threads, "timeout_s"_a = nb::none(),
-        R"(A bound of where the object of a plan is at every rest when the plan is carried out without feedback (docs/theory/tube.md).
+  m.def(
+      "calc_tube", &calc_tube, "plan"_a, "errors"_a = standard.errors, nb::kw_only(),
+      "factors"_a = std::pair(standard.factors.position, standard.factors.angle), "scenarios"_a = standard.scenarios,
+      "seed"_a = standard.seed, "threads"_a = standard.threads, "timeout_s"_a = nb::none(),
+      R"(Bounds the pose of the object after every push and regrasp, if a plan is executed without feedback under model errors (docs/theory/tube.md).
 
-  errors: sets that contain what differs from the model.
-  factors: by which the tube is wider than the bundle in position and angle, > 0; the default was calibrated on runs in MuJoCo.
-  scenarios: worlds that are drawn from the sets, beside the known one, >= 1. seed: of these.
-  threads: 0 for all cores; the result does not depend on it. timeout_s: [s] > 0; None: as long as it takes.
+The plan is simulated in several scenarios, each with random errors within the bounds `errors`. The bound encloses all scenarios.
 
-status: Solved; MaxIterations (time used up; no rests). Raises InvalidInput.
+  errors: ErrorSets with the bounds on the model errors.
+  factors: factors (position, angle) by which the bound is larger than the spread of the scenarios, > 0. The default was calibrated on runs
+    in MuJoCo.
+  scenarios: number of random scenarios besides the nominal one, >= 1.
+  seed: of the scenarios.
+  threads: 0: all cores. The result does not depend on this number.
+  timeout_s: largest wall time [s], > 0. None: no limit.
+
+Returns a TubeResult. Its status is Solved, or MaxIterations: the time was used up, and there are no rests. Raises InvalidInput.
 
     >>> plan = st.refine(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0).plan).plan
     >>> tube = st.calc_tube(plan)
@@ -150,56 +165,60 @@ status: Solved; MaxIterations (time used up; no rests). Raises InvalidInput.
 }
 
 void bind_piece(nb::module_& m) {
-  nb::class_<PieceError>(m, "PieceError", "Planned against simulated pose of the object over one piece (3.10)-(3.12).")
-      .def_ro("mean_position", &PieceError::mean_position, "[m]")
-      .def_ro("mean_angle", &PieceError::mean_angle, "[rad]")
-      .def_ro("start_position", &PieceError::start_position, "[m]")
-      .def_ro("start_angle", &PieceError::start_angle, "[rad]")
-      .def_ro("end_position", &PieceError::end_position, "[m]")
-      .def_ro("end_angle", &PieceError::end_angle, "[rad]")
-      .def_ro("length_position", &PieceError::length_position, "of the planned path [m]")
-      .def_ro("length_angle", &PieceError::length_angle, "of the planned path [rad]")
-      .def_prop_ro("normalised_position", &PieceError::normalised_position,
-                   "None where the plan moves the object by less than a thousandth of its length")
-      .def_prop_ro("normalised_angle", &PieceError::normalised_angle);
-  nb::class_<PieceReport>(m, "PieceReport", "A push or a regrasp of a run beside its plan.")
+  nb::class_<PieceError>(m, "PieceError", "Difference of the planned and the simulated object pose over one push or regrasp (3.10)-(3.12).")
+      .def_ro("mean_position", &PieceError::mean_position, "mean position error over time (3.10) [m]")
+      .def_ro("mean_angle", &PieceError::mean_angle, "mean angle error over time (3.10) [rad]")
+      .def_ro("start_position", &PieceError::start_position, "position error at the start [m]")
+      .def_ro("start_angle", &PieceError::start_angle, "angle error at the start [rad]")
+      .def_ro("end_position", &PieceError::end_position, "position error at the end [m]")
+      .def_ro("end_angle", &PieceError::end_angle, "angle error at the end [rad]")
+      .def_ro("length_position", &PieceError::length_position, "length of the object's planned path (3.12) [m]")
+      .def_ro("length_angle", &PieceError::length_angle, "rotation along the object's planned path (3.12) [rad]")
+      .def_prop_ro(
+          "normalised_position", &PieceError::normalised_position,
+          "mean position error divided by the path length (3.11); None: the plan moves the object by less than a thousandth of its length")
+      .def_prop_ro("normalised_angle", &PieceError::normalised_angle,
+                   "mean angle error divided by the planned rotation (3.11); None: the plan does not turn the object");
+  nb::class_<PieceReport>(m, "PieceReport", "Errors of one push or regrasp in the simulation.")
       .def_ro("kind", &PieceReport::kind, "Contact or Regrasp")
-      .def_ro("first_segment", &PieceReport::first_segment)
-      .def_ro("last_segment", &PieceReport::last_segment)
-      .def_ro("begin_s", &PieceReport::begin_s)
-      .def_ro("end_s", &PieceReport::end_s)
-      .def_ro("in_plan", &PieceReport::in_plan, "with what earlier pieces left behind; None where the whole run ended before")
-      .def_ro("alone", &PieceReport::alone, "started from the planned state; None for regrasps");
+      .def_ro("first_segment", &PieceReport::first_segment, "index of its first segment in the plan")
+      .def_ro("last_segment", &PieceReport::last_segment, "index of its last segment in the plan")
+      .def_ro("begin_s", &PieceReport::begin_s, "simulated time of its start [s]")
+      .def_ro("end_s", &PieceReport::end_s, "simulated time of its end [s]")
+      .def_ro("in_plan", &PieceReport::in_plan,
+              "errors in the run of the whole plan, errors of earlier pieces included; None: that run ended earlier")
+      .def_ro("alone", &PieceReport::alone, "errors in a run that starts from the planned state; None for regrasps");
 }
 
 }  // namespace
 
 void bind_execution(nb::module_& m) {
   bind_piece(m);
-  nb::class_<TransferResult>(m, "TransferResult", "A plan run open loop, beside what it predicts.")
+  nb::class_<TransferResult>(m, "TransferResult", "Result of transfer(): a plan executed without feedback, compared with its prediction.")
       .def_ro("status", &TransferResult::status)
-      .def_ro("message", &TransferResult::message)
-      .def_ro("pieces", &TransferResult::pieces)
-      .def_ro("error", &TransferResult::error, "of the object at the end")
-      .def_ro("reached", &TransferResult::reached)
+      .def_ro("message", &TransferResult::message, "reason of a numerical failure")
+      .def_ro("pieces", &TransferResult::pieces, "errors of each push and regrasp")
+      .def_ro("error", &TransferResult::error, "distance of the object from the goal at the end")
+      .def_ro("reached", &TransferResult::reached, "True: the whole plan was run, and the object is within the tolerances of the goal")
       .def_ro("dropped", &TransferResult::dropped, "index of the first object that fell, or None")
-      .def_ro("dropped_s", &TransferResult::dropped_s, "and when [s]")
+      .def_ro("dropped_s", &TransferResult::dropped_s, "simulated time at which the object fell [s]")
       .def_ro("max_depth", &TransferResult::max_depth, "deepest penetration [m]")
-      .def_ro("duration_s", &TransferResult::duration_s, "simulated [s]")
+      .def_ro("duration_s", &TransferResult::duration_s, "simulated duration of the run [s]")
       .def_prop_ro(
           "times",
           [](const TransferResult& r) -> Eigen::VectorXd {
             return Eigen::Map<const Eigen::VectorXd>(r.times.data(), static_cast<Eigen::Index>(r.times.size()));
           },
-          "[s] (samples)")
+          "times of the samples [s] (samples)")
       .def_prop_ro(
-          "q", [](const TransferResult& r) { return rows(r.q); }, "simulated (samples, n_q)")
+          "q", [](const TransferResult& r) { return rows(r.q); }, "simulated configurations (samples, n_q)")
       .def_prop_ro(
-          "q_plan", [](const TransferResult& r) { return rows(r.q_plan); }, "planned (samples, n_q)")
-      .def_ro("piece", &TransferResult::piece, "index into pieces (samples)")
-      .def_ro("wall_s", &TransferResult::wall_s);
+          "q_plan", [](const TransferResult& r) { return rows(r.q_plan); }, "planned configurations (samples, n_q)")
+      .def_ro("piece", &TransferResult::piece, "index into `pieces` (samples)")
+      .def_ro("wall_s", &TransferResult::wall_s, "wall time [s]");
   const SpeedLimits limits;
-  nb::class_<SpeedLimits>(m, "SpeedLimits", "Speeds of commands that are the same for any object and robot (E.1), (E.8), (E.9).")
+  nb::class_<SpeedLimits>(m, "SpeedLimits",
+                          "Fixed speed limits of commands, which do not depend on the object or the robot (E.1), (E.8), (E.9).")
       .def(
           "__init__",
           [](SpeedLimits* out, double revolute, double prismatic, double regrasp_factor, double load_time, double pause) {
@@ -209,36 +228,46 @@ void bind_execution(nb::module_& m) {
           },
           nb::kw_only(), "revolute"_a = limits.revolute, "prismatic"_a = limits.prismatic, "regrasp_factor"_a = limits.regrasp_factor,
           "load_time"_a = limits.load_time, "pause"_a = limits.pause,
-          "revolute [rad/s] and prismatic [m/s] while pushing, regrasps regrasp_factor times as fast, all > 0; springs take up the weight "
-          "of the "
-          "lightest object in load_time [s] and commands rest for pause [s] between pieces, both >= 0. Raises InvalidInput.")
-      .def_ro("revolute", &SpeedLimits::revolute, "[rad/s]")
-      .def_ro("prismatic", &SpeedLimits::prismatic, "[m/s]")
-      .def_ro("regrasp_factor", &SpeedLimits::regrasp_factor)
-      .def_ro("load_time", &SpeedLimits::load_time, "[s]")
-      .def_ro("pause", &SpeedLimits::pause, "[s]");
+          R"(Fixed speed limits.
+
+  revolute, prismatic: largest speed of a command during pushes [rad/s], [m/s], > 0.
+  regrasp_factor: regrasps are this many times as fast, > 0.
+  load_time: time in which joint springs take up the weight of the lightest object [s], >= 0.
+  pause: time for which the command is constant between pushes and regrasps [s], >= 0.
+
+Raises InvalidInput.)")
+      .def_ro("revolute", &SpeedLimits::revolute, "largest speed of revolute joints in pushes [rad/s]")
+      .def_ro("prismatic", &SpeedLimits::prismatic, "largest speed of prismatic joints in pushes [m/s]")
+      .def_ro("regrasp_factor", &SpeedLimits::regrasp_factor, "factor on the speeds in regrasps")
+      .def_ro("load_time", &SpeedLimits::load_time, "time in which springs take up the weight of the lightest object [s]")
+      .def_ro("pause", &SpeedLimits::pause, "time of constant commands between pushes and regrasps [s]");
   m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = TransferOptions{}.speed, "pause"_a = 0.0, "uniform"_a = nb::none(),
         "substeps"_a = nb::none(), "rest_time"_a = execution::kRestTime, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
         "start_error"_a = nb::none(), "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true,
         "threads"_a = 0, "timeout_s"_a = nb::none(),
-        R"(Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
+        R"(Executes a plan without feedback in the second-order simulation and compares the motion with the plan (3.10)-(3.12).
 
-  speed: times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster. Without feedback most plans hold at
-    the default of 0.1, and few at 1.
-  pause: commands rest this long between pieces [s], >= 0.
-  uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
-  substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
-  rest_time: in which objects on joints come to rest [s].
+  plan: Plan.
+  speed: factor on the full speed that follows from the object and the motors (E.13), > 0. A factor above 1 makes only pushes faster.
+    Without feedback most plans succeed at the default of 0.1, and few succeed at 1.
+  pause: time for which the command is constant between pushes and regrasps [s], >= 0.
+  uniform: SpeedLimits that replace speed and pause; the commands are then those of the plan, without lead for damping (E.1). None: not used.
+  substeps: number of steps in which every contact edge of the plan is predicted again before the comparison. None: the prediction of the
+    plan.
+  rest_time: time in which objects on joints come to rest [s].
   friction_scale, mass_scale: factors of every coefficient of friction, >= 0, and of the mass of every object, > 0.
-  start_error: by what the objects are off their start in their tangent (n_vu) [m, rad]; overlaps are moved apart. None: not at all.
-  velocity_reference: damping of the joint springs acts on the difference to the commanded velocity; else on the velocity, so that
-    joints lag behind their commands, as in the thesis.
-  hold: the last command is held so long before the goal is judged [s].
-  whole: run the whole plan. alone: run every push by itself from its planned start.
-  threads: for those; 0 for all cores; the result does not depend on it.
-  timeout_s: [s] > 0; None: as long as it takes.
+  start_error: displacement of the objects from their start in tangent coordinates (n_vu) [m, rad]. Overlaps that result are removed. None:
+    no displacement.
+  velocity_reference: True: damping of the joint springs acts on the difference of commanded and actual velocity. False: it acts on the
+    actual velocity, so that joints lag behind their commands, as in the thesis.
+  hold: time for which the last command is held before the goal is judged [s].
+  whole: True: run the whole plan.
+  alone: True: also run every push by itself from its planned start.
+  threads: for the runs of single pushes; 0: all cores. The result does not depend on this number.
+  timeout_s: largest wall time [s], > 0. None: no limit.
 
-status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+Returns a TransferResult. Its status is Solved if the run came to its end, whether or not the goal was reached; MaxIterations: the time was
+used up; or NumericalFailure: `message` gives the reason. Raises InvalidInput.
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> run = st.transfer(plan, speed=20.0, pause=0.2, hold=0.2, alone=False)

@@ -28,17 +28,23 @@ JointFriction identify_friction(const ModelPtr& model, const Vector& t, const Ma
 
 void bind_onset(nb::module_& m) {
   using sensing::TouchOnset;
-  nb::class_<TouchOnset>(m, "TouchOnset", R"(When a touch begins, and its torques since then as one measurement.
+  nb::class_<TouchOnset>(m, "TouchOnset", R"(Detects when a touch begins, and averages the torques since then.
 
-The slow offset of the torques is followed where nothing touches, and a change test adds up what differs from it. From the beginning of a touch on the offset is
-held, and the mean of the torques grows sharper: sense(q, onset.mean, rest=onset.rest, noise=onset.noise). Belongs to one thread.
+Without contact, the detector tracks the slow offset of the torques. A change test sums up the differences from this offset. When a touch
+begins, the offset is held, and the mean of the torques becomes more accurate with every row: use it as
+sense(q, onset.mean, rest=onset.rest, noise=onset.noise). Only one thread may use a detector.
 
-  rest: torques where nothing touches (n) [N m; N]. noise: standard deviations of one row (n), or their covariance (n, n): Calibration.within.
-  drift: of the offset, a random walk (n) [N m/s^0.5], or None. false_alarms: share of rows at which an alarm begins where nothing touches, in (0, 0.1).
-  hysteresis, settle: what a touch leaves, as Calibration.hysteresis says: for `settle` seconds the offset is off by this share of its torques.
-  shift: change that is to be found soonest, in deviations of the noise, > 0. rest_rows: of which rest is the mean. quiet: rows within noise that end a touch, >= 1.
+  rest: torques without contact (n) [N m; N].
+  noise: standard deviations of one row (n), or their covariance (n, n), as Calibration.within.
+  drift: drift of the offset as a random walk (n) [N m/s^0.5]. None: no drift.
+  hysteresis, settle: error that a touch leaves, as in Calibration.hysteresis. For `settle` seconds after a touch [s], the offset has an
+    error of this share of the torques of the touch.
+  false_alarms: share of rows without contact at which a false alarm begins, in (0, 0.1).
+  shift: change of the torques that is to be detected soonest, in standard deviations of the noise, > 0.
+  rest_rows: number of rows whose mean is `rest`.
+  quiet: number of rows within the noise that end a touch, >= 1.
 
-Raises InvalidInput by the name of the argument.)")
+Raises InvalidInput, which names the argument.)")
       .def(
           "__init__",
           [](TouchOnset* self, const Vector& rest, const std::variant<Vector, Matrix>& noise, const std::optional<Vector>& drift,
@@ -60,43 +66,51 @@ Raises InvalidInput by the name of the argument.)")
           "quiet"_a = sensing::OnsetOptions{}.quiet)
       .def(
           "update", [](TouchOnset& self, const Vector& tau, double dt) { return self.update(tau.value, dt); }, "tau"_a, "dt"_a,
-          "A row of torques (n), dt after the one before [s]. Returns whether something touches.")
-      .def_prop_ro("touches", &TouchOnset::touches)
-      .def_prop_ro("rows", &TouchOnset::rows, "since the touch began")
+          "Processes one row of torques (n) [N m; N], measured dt [s] after the previous row. Returns True while something touches.")
+      .def_prop_ro("touches", &TouchOnset::touches, "True: something touches")
+      .def_prop_ro("rows", &TouchOnset::rows, "number of rows since the touch began")
       .def_prop_ro(
-          "rest", [](const TouchOnset& o) { return Eigen::VectorXd(o.rest()); }, "offset before the touch (n) [N m; N]")
-      .def_prop_ro("mean", &TouchOnset::mean, "of the torques since the touch began (n) [N m; N]")
+          "rest", [](const TouchOnset& o) { return Eigen::VectorXd(o.rest()); }, "offset of the torques before the touch (n) [N m; N]")
+      .def_prop_ro("mean", &TouchOnset::mean, "mean of the torques since the touch began (n) [N m; N]")
       .def_prop_ro("noise", &TouchOnset::noise, "covariance of mean - rest (n, n) [(N m)^2]")
-      .def_prop_ro("sum", &TouchOnset::sum, "of the change test")
-      .def_prop_ro("bound", &TouchOnset::bound, "from which on something touches");
+      .def_prop_ro("sum", &TouchOnset::sum, "sum of the change test")
+      .def_prop_ro("bound", &TouchOnset::bound, "value of `sum` from which a touch counts as detected");
 }
 
 }  // namespace
 
 void bind_observer(nb::module_& m) {
   nb::class_<JointFriction>(m, "JointFriction",
-                            "Friction coulomb tanh(qd/stiction_speed) + viscous qd of each joint, and the offset of its torque sensor.")
-      .def_ro("coulomb", &JointFriction::coulomb, "(n_a) [N m; N]")
-      .def_ro("viscous", &JointFriction::viscous, "(n_a) [N m s/rad; N s/m]")
-      .def_ro("offset", &JointFriction::offset, "(n_a) [N m; N]")
-      .def_ro("stiction_speed", &JointFriction::stiction_speed, "below which friction has no sure sign [rad/s or m/s]")
-      .def_ro("left", &JointFriction::left, "deviation of the torques that the fit leaves, their noise included (n_a) [N m; N]");
+                            "Friction of each joint, coulomb tanh(qd/stiction_speed) + viscous qd, and the offset of its torque sensor.")
+      .def_ro("coulomb", &JointFriction::coulomb, "Coulomb friction (n_a) [N m; N]")
+      .def_ro("viscous", &JointFriction::viscous, "viscous friction (n_a) [N m s/rad; N s/m]")
+      .def_ro("offset", &JointFriction::offset, "offset of the torque sensor (n_a) [N m; N]")
+      .def_ro("stiction_speed", &JointFriction::stiction_speed, "speed below which the sign of friction is uncertain [rad/s or m/s]")
+      .def_ro("left", &JointFriction::left, "standard deviation of the residual torques of the fit, noise included (n_a) [N m; N]");
   const sensing::ObserverSettings standard;
   m.def("observe", &observe, "model"_a, "t"_a, "q"_a, "qd"_a, "tau"_a, nb::kw_only(), "time_constant"_a = standard.time_constant,
         "friction"_a = nb::none(),
-        R"(External torques from motion and motor torques, by the momentum observer: no accelerations are needed (time, n_a) [N m; N].
+        R"(Estimates external torques from motion and motor torques with a momentum observer, which needs no accelerations.
 
-  t: times, increasing [s] (time). q, qd, tau: joint positions, velocities and torques of the motors on the links (time, n_a).
-  time_constant: lag [s], > 0. friction: of identify_friction(), or None.
+Its result is the argument tau of Sensor.sense().
 
-Raises InvalidInput: sizes, numbers that are not finite, times that do not increase, a robot without masses.)");
+  model: Model with the robot.
+  t: times, increasing [s] (time).
+  q, qd: joint positions [rad or m] and velocities [rad/s or m/s] (time, n_a).
+  tau: torques of the motors on the links [N m; N] (time, n_a).
+  time_constant: lag of the estimate [s], > 0.
+  friction: JointFriction of identify_friction(). None: no friction.
+
+Returns the external torques [N m; N] (time, n_a). Raises InvalidInput: wrong sizes, numbers that are not finite, times that do not
+increase, a robot without masses.)");
   m.def("identify_friction", &identify_friction, "model"_a, "t"_a, "q"_a, "qd"_a, "tau"_a, nb::kw_only(),
         "time_constant"_a = standard.time_constant, "stiction_speed"_a = JointFriction{}.stiction_speed,
-        R"(Friction of each joint, from motion in which nothing touches the robot and every joint moves in both directions.
+        R"(Identifies the friction of each joint from a motion without contact, in which every joint moves in both directions.
 
-  Arguments as of observe(). stiction_speed: below which friction has no sure sign [rad/s or m/s], > 0.
+  model, t, q, qd, tau, time_constant: as in observe().
+  stiction_speed: speed below which the sign of friction is uncertain [rad/s or m/s], > 0.
 
-Raises InvalidInput: as observe(); a joint that does not move in both directions.)");
+Returns a JointFriction. Raises InvalidInput: as observe(), or a joint that does not move in both directions.)");
   bind_onset(m);
   def_no_pickle<sensing::TouchOnset>("TouchOnset", "the rest and the options that it was made from");
   def_pickle<JointFriction>();

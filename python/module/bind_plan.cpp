@@ -144,25 +144,25 @@ execution::Trajectory make_trajectory(const Plan& plan, double speed, double pau
 }
 
 void bind_check(nb::module_& m) {
-  nb::class_<CheckItem>(m, "CheckItem", "One figure of a check.")
-      .def_ro("name", &CheckItem::name)
-      .def_ro("value", &CheckItem::value, "in `unit`")
-      .def_ro("limit", &CheckItem::limit, "the largest good value; None: reported, not judged")
-      .def_ro("unit", &CheckItem::unit)
-      .def_ro("pass_", &CheckItem::pass)
-      .def_ro("where", &CheckItem::where, "what and where the worst was")
+  nb::class_<CheckItem>(m, "CheckItem", "One result of check_plan(): a value and its limit.")
+      .def_ro("name", &CheckItem::name, "name of the item")
+      .def_ro("value", &CheckItem::value, "measured value, in `unit`")
+      .def_ro("limit", &CheckItem::limit, "largest value that passes; None: the value is reported but not judged")
+      .def_ro("unit", &CheckItem::unit, "unit of value and limit, such as m; empty: no unit")
+      .def_ro("pass_", &CheckItem::pass, "True: the value is within the limit")
+      .def_ro("where", &CheckItem::where, "body, joint or knot with the worst value; may be empty")
       .def("__repr__", [](const CheckItem& c) {
         return fmt::format("<stiction.CheckItem: {} {:.4g} {}, {}>", c.name, c.value, c.unit, c.pass ? "passed" : "failed");
       });
-  nb::class_<CheckReport>(m, "CheckReport", "What came of a check.")
-      .def_ro("pass_", &CheckReport::pass, "the verdict")
+  nb::class_<CheckReport>(m, "CheckReport", "Result of check_plan(): the verdict and the items behind it.")
+      .def_ro("pass_", &CheckReport::pass, "True: the plan passed every check")
       .def_ro("status", &CheckReport::status, "Solved: all checks were made")
-      .def_ro("items", &CheckReport::items)
-      .def("at", &CheckReport::at, "name"_a, nb::rv_policy::copy, "one item by its name. Raises InvalidInput: no such item")
-      .def_ro("knots", &CheckReport::knots)
-      .def_ro("steps", &CheckReport::steps)
-      .def_ro("threshold_N", &CheckReport::threshold_N, "contacts with less force than this are not looked at [N]")
-      .def_ro("wall_s", &CheckReport::wall_s)
+      .def_ro("items", &CheckReport::items, "results of the single checks")
+      .def("at", &CheckReport::at, "name"_a, nb::rv_policy::copy, "Returns the item of this name. Raises InvalidInput: no such item.")
+      .def_ro("knots", &CheckReport::knots, "number of knots that were checked")
+      .def_ro("steps", &CheckReport::steps, "number of steps that were simulated")
+      .def_ro("threshold_N", &CheckReport::threshold_N, "contacts with a smaller force than this are ignored [N]")
+      .def_ro("wall_s", &CheckReport::wall_s, "wall time [s]")
       .def("__repr__", [](const CheckReport& r) {
         std::string failed;
         for (const auto& item : r.items) {
@@ -171,10 +171,12 @@ void bind_check(nb::module_& m) {
         return fmt::format("<stiction.CheckReport: {}{}>", r.pass ? "passed" : "failed", failed);
       });
   m.def("check_plan", &check_plan, "plan"_a,
-        "Simulates a plan anew with the exact dynamics at half the sub-step, and compares every number in it with what comes out and with "
-        "its "
-        "task. The check shares nothing with the planner."
-        R"(
+        R"(Checks a plan independently of the planner: does it reach the goal, and are its forces physically possible?
+
+The check simulates the plan again with the exact dynamics, at half of the plan's sub-step. It compares the numbers stored in the plan with
+this simulation and with the task, and shares no planning code with the planner.
+
+Returns a CheckReport: its attribute pass_ is the verdict, and its items give the single checks.
 
     >>> report = st.check_plan(st.plan(st.load_task("planar_pushing"), seed=0).plan)
     >>> report.pass_, report.at("goal_position").unit
@@ -182,37 +184,46 @@ void bind_check(nb::module_& m) {
 }
 
 void bind_refine(nb::module_& m) {
-  nb::class_<Refined>(m, "RefineResult", "What came of a refinement.")
-      .def_prop_ro("status", [](const Refined& r) { return r.result.status; })
-      .def_ro("plan", &Refined::plan, "the refined plan, or the given one")
+  nb::class_<Refined>(m, "RefineResult", "Result of refine(): the refined plan and what changed.")
       .def_prop_ro(
-          "variant", [](const Refined& r) { return r.result.variant; }, "shortened, reconnected or unchanged")
+          "status", [](const Refined& r) { return r.result.status; }, "see refine()")
+      .def_ro("plan", &Refined::plan, "the refined plan, or the given plan if it could not be refined")
       .def_prop_ro(
-          "pushes", [](const Refined& r) { return std::pair(r.result.pushes_before, r.result.pushes); }, "before and after")
+          "variant", [](const Refined& r) { return r.result.variant; }, "kind of the result: refined or unchanged")
       .def_prop_ro(
-          "regrasps", [](const Refined& r) { return std::pair(r.result.regrasps_before, r.result.regrasps); }, "before and after")
+          "pushes", [](const Refined& r) { return std::pair(r.result.pushes_before, r.result.pushes); }, "number of pushes (before, after)")
+      .def_prop_ro(
+          "regrasps", [](const Refined& r) { return std::pair(r.result.regrasps_before, r.result.regrasps); },
+          "number of regrasps (before, after)")
       .def_prop_ro(
           "least_clearance", [](const Refined& r) { return r.result.least_clearance; },
-          "of the regrasps that were planned anew [m]; 0 without any")
+          "smallest clearance of the regrasps that were planned again [m]; 0: there was no such regrasp")
       .def_prop_ro(
           "rest_planned_anew", [](const Refined& r) { return r.result.rest_planned_anew; },
-          "searches for what small steps left of the plan")
-      .def_prop_ro("steps", [](const Refined& r) { return r.result.steps; })
-      .def_prop_ro("failed_steps", [](const Refined& r) { return r.result.failed_steps; })
-      .def_prop_ro("wall_s", [](const Refined& r) { return r.result.wall_s; })
+          "number of searches for the rest of the plan after a push that missed its end in small steps")
+      .def_prop_ro(
+          "steps", [](const Refined& r) { return r.result.steps; }, "number of steps that were simulated")
+      .def_prop_ro(
+          "failed_steps", [](const Refined& r) { return r.result.failed_steps; }, "number of steps without a solution")
+      .def_prop_ro(
+          "wall_s", [](const Refined& r) { return r.result.wall_s; }, "wall time [s]")
       .def("__repr__", [](const Refined& r) {
         return fmt::format("<stiction.RefineResult: {}, {}>", core::to_string(r.result.status), r.result.variant);
       });
   m.def("refine", &refine, "plan"_a, nb::kw_only(), "options"_a = nb::none(), "threads"_a = nb::none(), "timeout_s"_a = 20.0,
         "on_progress"_a = nb::none(),
-        "Makes a plan shorter and its regrasps wider (docs/theory/refinement.md).\n\n"
-        "plan: one that is Solved. options: PlannerOptions, or a dict of those that differ; None: those that the plan was made with. "
-        "threads: "
-        "0 for all cores; the result does not depend on them. timeout_s: [s] > 0.\n\n"
-        "status: Solved; MaxIterations (time used up) and Cancelled: refined at its own steps, or the given plan; NumericalFailure: the "
-        "given "
-        "plan does not reach its goal. Raises InvalidInput."
-        R"(
+        R"(Shortens a plan and gives its regrasps more clearance (docs/theory/refinement.md). Use it before a plan is executed.
+
+Refinement drops pushes that move nothing, follows the others in small time steps, and plans the motions between them again.
+
+  plan: a plan with the status Solved.
+  options: PlannerOptions, or a dict with the options to change. None: the options with which the plan was made.
+  threads: 0: all cores. None: as in the options. The result does not depend on this number.
+  timeout_s: largest wall time [s], > 0.
+  on_progress: function that is called with Progress. Ctrl-C, an error in the function or the return value False stop the refinement.
+
+Returns a RefineResult. Its status is Solved; MaxIterations (time used up) or Cancelled: the plan is refined at its own time step, or is
+the given plan; NumericalFailure: the given plan does not reach its goal. Raises InvalidInput.
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> refined = st.refine(plan)
@@ -222,25 +233,29 @@ void bind_refine(nb::module_& m) {
 
 void bind_trajectory(nb::module_& m) {
   using execution::Trajectory;
-  nb::class_<Trajectory>(m, "Trajectory", "Commands over time, linear between knots, and the configurations that the plan predicts.")
-      .def_ro("times", &Trajectory::times, "of the knots, the first one 0 [s] (knots)")
+  nb::class_<Trajectory>(m, "Trajectory",
+                         "A plan with times: commands, linear between knots, and the configurations that the plan predicts.")
+      .def_ro("times", &Trajectory::times, "times of the knots, from 0 [s] (knots)")
       .def_prop_ro(
-          "u", [](const Trajectory& t) { return rows(t.u); }, "(knots, n_a) [m or rad]")
+          "u", [](const Trajectory& t) { return rows(t.u); }, "commands (knots, n_a) [m or rad]")
       .def_prop_ro(
-          "q", [](const Trajectory& t) { return rows(t.q); }, "(knots, n_q)")
-      .def_ro("segments", &Trajectory::segments, "of the plan, that led to the knot (knots)")
-      .def_ro("knots", &Trajectory::knots, "rows of Plan.q: the knot of the plan whose sub-step ends here or is under way (knots)")
-      .def_ro("speed", &Trajectory::speed, "times the full timing of make_trajectory()")
-      .def_prop_ro("duration", &Trajectory::duration, "[s]");
+          "q", [](const Trajectory& t) { return rows(t.q); }, "predicted configurations (knots, n_q)")
+      .def_ro("segments", &Trajectory::segments, "index of the plan's segment that leads to each knot (knots)")
+      .def_ro("knots", &Trajectory::knots, "row of Plan.q for each knot: the end of the sub-step that the knot belongs to (knots)")
+      .def_ro("speed", &Trajectory::speed, "factor on the full speed of make_trajectory()")
+      .def_prop_ro("duration", &Trajectory::duration, "time of the last knot [s]");
   m.attr("OPEN_LOOP_SPEED") = execution::kOpenLoopSpeed;
-  m.def(
-      "make_trajectory", &make_trajectory, "plan"_a, nb::kw_only(), "speed"_a = execution::kOpenLoopSpeed, "pause"_a = 0.0,
-      "Times of the commands of a plan, at the speeds that follow from the object of its goal and from the motors (E.8), (E.13), and ahead "
-      "of it by what the damping of objects on joints takes (E.17).\n\n"
-      "speed: times that full timing, > 0; above 1 only pushes are faster. Without feedback most plans hold at the default of 0.1, and few "
-      "at 1. No command is faster than the `velocity` of the URDF, at any speed. pause: commands rest this long between pieces [s], >= 0. "
-      "Raises InvalidInput."
-      R"(
+  m.def("make_trajectory", &make_trajectory, "plan"_a, nb::kw_only(), "speed"_a = execution::kOpenLoopSpeed, "pause"_a = 0.0,
+        R"(Gives times to the commands of a plan, for execution without feedback.
+
+The full speed follows from the object of the goal and from the motors (E.8), (E.13). If an object moves on a damped joint, the commands
+lead the plan to compensate the damping (E.17).
+
+  speed: factor on the full speed, > 0. A factor above 1 makes only pushes faster. Without feedback most plans succeed at the default of
+    0.1, and few succeed at 1. At any speed, no command is faster than the `velocity` of the URDF.
+  pause: time for which the command is constant between pushes and regrasps [s], >= 0.
+
+Returns a Trajectory. Raises InvalidInput.
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> trajectory = st.make_trajectory(plan, speed=0.5)
@@ -254,13 +269,14 @@ void bind_contact(nb::module_& m) {
     return [member](const PlanContact& c) { return c.contact.*member; };
   };
   using tasks::StoredContact;
-  nb::class_<PlanContact>(m, "PlanContact", "An active contact of a knot of a plan; rounded to 1e-6 where the plan was read from a file.")
-      .def_ro("a", &PlanContact::a, "name of the geometry, as body/geometry")
-      .def_ro("b", &PlanContact::b)
-      .def_prop_ro("point", vector(&StoredContact::point_W), "in W, on the surface of b before the sub-step [m] (3)")
-      .def_prop_ro("normal", vector(&StoredContact::normal_W), "unit, from b to a (3)")
-      .def_prop_ro("force", vector(&StoredContact::force_W), "in W, on a; its opposite acts on b [N] (3)")
-      .def_prop_ro("friction", number(&StoredContact::friction), "coefficient of the pair")
+  nb::class_<PlanContact>(m, "PlanContact",
+                          "An active contact at a knot of a plan. Numbers are rounded to 1e-6 if the plan was read from a file.")
+      .def_ro("a", &PlanContact::a, "name of the first geometry, as body/geometry")
+      .def_ro("b", &PlanContact::b, "name of the second geometry")
+      .def_prop_ro("point", vector(&StoredContact::point_W), "contact point in W, on the surface of b before the sub-step [m] (3)")
+      .def_prop_ro("normal", vector(&StoredContact::normal_W), "unit normal in W, from b to a (3)")
+      .def_prop_ro("force", vector(&StoredContact::force_W), "contact force in W, which acts on a; the opposite force acts on b [N] (3)")
+      .def_prop_ro("friction", number(&StoredContact::friction), "friction coefficient of the pair")
       .def_prop_ro("gap", number(&StoredContact::gap), "signed distance before the sub-step [m]")
       .def("__repr__", [](const PlanContact& c) {
         return fmt::format("<stiction.PlanContact: {} on {}, {:.4g} N>", c.b, c.a, c.contact.force_W.norm());
@@ -279,15 +295,16 @@ void bind_plan(nb::module_& m) {
   bind_contact(m);
   bind_trajectory(m);
   using tasks::StoredSegment;
-  nb::class_<StoredSegment>(m, "Segment", "A piece of a plan: knots one sub-step apart.")
-      .def_ro("kind", &StoredSegment::kind)
+  nb::class_<StoredSegment>(m, "Segment", "A part of a plan with one kind of motion; its knots are one sub-step apart.")
+      .def_ro("kind", &StoredSegment::kind, "Settle, Contact or Regrasp")
       .def_prop_ro(
-          "q", [](const StoredSegment& s) { return knots_of(s, kQ); }, "(knots, n_q)")
+          "q", [](const StoredSegment& s) { return knots_of(s, kQ); }, "configurations (knots, n_q)")
       .def_prop_ro(
-          "u", [](const StoredSegment& s) { return knots_of(s, kU); }, "(knots, n_a)");
-  nb::class_<Plan>(
-      m, "Plan",
-      R"(Commands and predicted configurations from the start to (near) the goal, with the task. Can be pickled; a sequence of segments.
+          "u", [](const StoredSegment& s) { return knots_of(s, kU); }, "commands (knots, n_a) [m or rad]");
+  nb::class_<Plan>(m, "Plan",
+                   R"(Commands and predicted configurations from the start towards the goal, together with the task.
+
+A plan is a sequence of segments: plan[i] is a Segment and plan[i:j] is a Plan. It can be pickled.
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> plan.q.shape == (len(plan.u), 5), len(plan) == len(plan.segments)
@@ -295,46 +312,53 @@ void bind_plan(nb::module_& m) {
     >>> first = plan[:1]
     >>> first.q.shape == (1 + len(plan[0].q), 5)
     True)")
-      .def_ro("task", &Plan::task)
+      .def_ro("task", &Plan::task, "task that the plan was made for")
       .def_prop_ro(
           "options",
           [](const Plan& p) {
             return PlannerOptions{p.task.model, tasks::options_of_plan(p.model(), p.file, "plan")};
           },
-          "that it was made with")
+          "options with which the plan was made")
       .def_prop_ro(
-          "status", [](const Plan& p) { return p.file.status; }, "Solved: it reaches the goal")
-      .def_prop_ro("seed", [](const Plan& p) { return p.file.seed; })
+          "status", [](const Plan& p) { return p.file.status; }, "Solved: the plan reaches the goal")
       .def_prop_ro(
-          "error", [](const Plan& p) { return p.file.error; }, "of the object at the last knot")
+          "seed", [](const Plan& p) { return p.file.seed; }, "seed of the search")
       .def_prop_ro(
-          "h", [](const Plan& p) { return p.file.step.h; }, "time step of a knot [s]")
-      .def_prop_ro("segments", [](const Plan& p) { return p.file.segments; })
+          "error", [](const Plan& p) { return p.file.error; }, "distance of the object from the goal at the last knot")
+      .def_prop_ro(
+          "h", [](const Plan& p) { return p.file.step.h; }, "time step of one knot [s]")
+      .def_prop_ro(
+          "segments", [](const Plan& p) { return p.file.segments; }, "list of the segments")
       .def("__len__", [](const Plan& p) { return p.file.segments.size(); })
       .def(
           "__iter__", [](nb::handle self) { return nb::iter(self.attr("segments")); },
           nb::sig("def __iter__(self) -> collections.abc.Iterator[Segment]"))
-      .def("__getitem__", &segment, "index"_a, "One of the segments. Raises IndexError.")
+      .def("__getitem__", &segment, "index"_a, "Returns one segment. Raises IndexError.")
       .def("__getitem__", &slice, "segments"_a,
-           "Neighbouring segments as a plan, which starts where the one before them ends. Solved where it ends at the goal. Raises "
-           "InvalidInput: no segment")
+           "Returns neighbouring segments as a plan. It starts at the end of the preceding segment, and is Solved if it ends at the goal. "
+           "Raises InvalidInput: no segment.")
       .def_prop_ro(
-          "q", [](const Plan& p) { return path(p.file, p.file.q_start, kQ); }, "configurations, the start first (knots + 1, n_q)")
+          "q", [](const Plan& p) { return path(p.file, p.file.q_start, kQ); }, "predicted configurations, the start first (knots + 1, n_q)")
       .def_prop_ro(
-          "u", [](const Plan& p) { return path(p.file, p.file.u_start, kU); }, "commands (knots + 1, n_a) [m or rad]")
+          "u", [](const Plan& p) { return path(p.file, p.file.u_start, kU); }, "commands, the start first (knots + 1, n_a) [m or rad]")
       .def(
           "write", [](const Plan& p, const std::filesystem::path& file) { tasks::write_plan(p.at(file), file); }, "file"_a,
-          nb::call_guard<nb::gil_scoped_release>(), "Writes the plan file that the program reads (docs/plan_file.md). Raises InvalidInput.")
-      .def_prop_ro("contacts", &contacts_of, "active in the sub-step that led to each row of q; none at the start (knots + 1)")
+          nb::call_guard<nb::gil_scoped_release>(),
+          "Writes the plan to a file, which read_plan() and the commands of the program read (docs/plan_file.md). Raises InvalidInput.")
+      .def_prop_ro("contacts", &contacts_of,
+                   "for each row of q, the contacts that were active in the sub-step before it (knots + 1); none at the start")
       .def("export", &export_plan, "file"_a, nb::kw_only(), "format"_a = nb::none(), "trajectory"_a = nb::none(),
            nb::sig("def export(self, file: str | os.PathLike, *, format: str | None = None, trajectory: Trajectory | None = None) -> "
                    "list[pathlib.Path]"),
-           "Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, "
-           "contacts.\n\n"
-           "format: csv, npz, json, mcap or lerobot (a folder); None: what the name of the file ends in. trajectory: of make_trajectory(); "
-           "None: at its "
-           "default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`."
-           R"(
+           R"(Writes the motion over time in a format of other programs (docs/exports.md).
+
+The file holds joint positions, commands, velocities, torques, object poses and contacts.
+
+  file: the file to write, or the folder for the format lerobot.
+  format: csv, npz, json, mcap or lerobot. None: the suffix of the file name decides.
+  trajectory: from make_trajectory(). None: a trajectory at the default speed.
+
+Returns the paths of the written files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> [file.name for file in plan.export("motion.csv")]
@@ -342,7 +366,8 @@ void bind_plan(nb::module_& m) {
     >>> with np.load(plan.export("motion.npz")[0]) as motion:
     ...     motion["q"].shape == (len(motion["time"]), 2)
     True)")
-      .def("to_text", &to_text, "folder"_a = nb::none(), "The text of the file as it would stand in the folder; None: the working folder.")
+      .def("to_text", &to_text, "folder"_a = nb::none(),
+           "Returns the text of the plan file. The path of the task in it is relative to `folder`; None: the working folder.")
       .def("__getstate__",
            [](const Plan& p) {
              const std::string folder = folder_of({}).string();
@@ -359,18 +384,20 @@ void bind_plan(nb::module_& m) {
                            core::to_string(p.file.status), p.file.segments.size(), p.file.error.position, p.file.error.angle);
       });
   m.def("read_plan", &read_plan, "file"_a, nb::call_guard<nb::gil_scoped_release>(),
-        "A plan from its file, or the folder of a plan.json, with the task it was made for. Raises InvalidInput: \"FILE: field: got …, "
-        "expected "
-        "…\", also where the scene of the task is another one by now."
-        R"(
+        R"(Reads a plan from a file, or from a folder that has a plan.json, and loads the task that the plan was made for.
+
+Raises InvalidInput with the text "FILE: field: got …, expected …", also if the scene of the task has changed since.
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> plan.write("plan.json")
     >>> bool((st.read_plan("plan.json").q == plan.q).all())
     True)");
   m.def("parse_plan", &parse_plan, "text"_a, "folder"_a = nb::none(), nb::call_guard<nb::gil_scoped_release>(),
-        "A plan from the text of its file. folder: in which the text stands, None: the working folder. Raises InvalidInput."
-        R"(
+        R"(Makes a plan from the text of a plan file, as Plan.to_text() returns it.
+
+  folder: folder to which the path of the task in the text is relative. None: the working folder.
+
+Raises InvalidInput.
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> st.parse_plan(plan.to_text()).seed

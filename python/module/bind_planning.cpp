@@ -110,61 +110,68 @@ std::map<std::string, long> to_map(const planning::RegraspCounts& counts) {
 }  // namespace
 
 void bind_planning(nb::module_& m) {
-  nb::enum_<planning::SegmentKind>(m, "SegmentKind", "What a piece of a plan does.")
-      .value("Settle", planning::SegmentKind::Settle, "from the given start to rest on the constraints (first segment only)")
-      .value("Contact", planning::SegmentKind::Contact, "the robot pushes")
+  nb::enum_<planning::SegmentKind>(m, "SegmentKind", "Kind of a segment of a plan.")
+      .value("Settle", planning::SegmentKind::Settle, "objects come to rest from the given start, without overlaps (first segment only)")
+      .value("Contact", planning::SegmentKind::Contact, "the robot pushes an object")
       .value("Regrasp", planning::SegmentKind::Regrasp, "the robot moves to new contacts while the object rests");
-  nb::class_<core::Progress>(m, "Progress", "What on_progress is told.")
-      .def_ro("iteration", &core::Progress::iteration)
-      .def_ro("fraction", &core::Progress::fraction, "of the budget used, in [0, 1]")
-      .def_ro("best", &core::Progress::best, "distance to the goal so far; smaller is better")
-      .def_ro("size", &core::Progress::size)
-      .def_ro("elapsed_s", &core::Progress::elapsed_s);
-  nb::class_<planning::Growth>(m, "Growth", "Nodes that a tree gained since it was last told of.")
-      .def_ro("tree", &planning::Growth::tree, "of the run, from 0: trees grow side by side, and one that stalls makes room for the next")
-      .def_ro("first", &planning::Growth::first, "number of the first of these nodes in their tree")
-      .def_ro("parents", &planning::Growth::parents, "numbers of nodes in the tree, -1 of the root (nodes)")
+  nb::class_<core::Progress>(m, "Progress", "Argument of the function `on_progress` of long calls.")
+      .def_ro("iteration", &core::Progress::iteration, "number of iterations so far")
+      .def_ro("fraction", &core::Progress::fraction, "share of the budget that is used, in [0, 1]")
+      .def_ro("best", &core::Progress::best, "smallest distance to the goal so far, or lowest cost")
+      .def_ro("size", &core::Progress::size, "size of the search, such as the number of nodes")
+      .def_ro("elapsed_s", &core::Progress::elapsed_s, "wall time since the start [s]");
+  nb::class_<planning::Growth>(m, "Growth", "New nodes of a search tree since the last call of `on_growth`.")
+      .def_ro("tree", &planning::Growth::tree,
+              "index of the tree, from 0; trees grow side by side, and a tree that stalls is replaced by a new one")
+      .def_ro("first", &planning::Growth::first, "index of the first new node in its tree")
+      .def_ro("parents", &planning::Growth::parents, "index of each node's parent in the tree; -1 for the root (nodes)")
       .def_prop_ro(
-          "q", [](const planning::Growth& g) { return rows(g.q); }, "(nodes, n_q) [m, rad]")
+          "q", [](const planning::Growth& g) { return rows(g.q); }, "configurations (nodes, n_q) [m, rad]")
       .def_prop_ro(
-          "u", [](const planning::Growth& g) { return rows(g.u); }, "commands at q (nodes, n_a) [m or rad]")
-      .def_ro("best", &planning::Growth::best, "node of the tree that is nearest the goal")
-      .def_ro("best_ratio", &planning::Growth::best_ratio, "how far that one is, in tolerances");
-  nb::class_<planning::NodeRecord>(m, "TreeNode", "A node of the search tree.")
-      .def_ro("parent", &planning::NodeRecord::parent, "-1 of the root")
-      .def_ro("edge", &planning::NodeRecord::edge, "that leads to it")
-      .def_ro("iteration", &planning::NodeRecord::iteration, "extensions up to the end of its round")
-      .def_ro("q", &planning::NodeRecord::q, "(n_q)")
-      .def_ro("c_u", &planning::NodeRecord::c_u, "smoothed next configuration of the objects")
-      .def_ro("B_u", &planning::NodeRecord::B_u, "their rows of B");
-  nb::class_<planning::RefusedMoves>(m, "RefusedMoves", "Moves to new contacts from one node of a tree, of which some were refused.")
-      .def_ro("q", &planning::RefusedMoves::q, "of the node (n_q)")
+          "u", [](const planning::Growth& g) { return rows(g.u); }, "commands at the configurations (nodes, n_a) [m or rad]")
+      .def_ro("best", &planning::Growth::best, "index of the node that is nearest the goal")
+      .def_ro("best_ratio", &planning::Growth::best_ratio, "distance of this node from the goal, in tolerances");
+  nb::class_<planning::NodeRecord>(m, "TreeNode", "A node of the search tree of Algorithm 2.")
+      .def_ro("parent", &planning::NodeRecord::parent, "index of the parent; -1 for the root")
+      .def_ro("edge", &planning::NodeRecord::edge, "kind of the edge from the parent")
+      .def_ro("iteration", &planning::NodeRecord::iteration, "number of extensions when the node was added")
+      .def_ro("q", &planning::NodeRecord::q, "configuration (n_q)")
+      .def_ro("c_u", &planning::NodeRecord::c_u, "configuration of the objects after a smoothed step (n_qu)")
+      .def_ro("B_u", &planning::NodeRecord::B_u, "rows of B for the objects (n_vu, n_a)");
+  nb::class_<planning::RefusedMoves>(m, "RefusedMoves",
+                                     "Regrasps that were tried from one node of a search tree, of which some were refused.")
+      .def_ro("q", &planning::RefusedMoves::q, "configuration of the node (n_q)")
       .def_prop_ro(
-          "counts", [](const planning::RefusedMoves& r) { return to_map(r.counts); }, "as in PlanResult.regrasps");
+          "counts", [](const planning::RefusedMoves& r) { return to_map(r.counts); }, "counts by cause, as in PlanResult.regrasps");
   bind_plan(m);
-  nb::class_<PlanResult>(m, "PlanResult", "What came of a search.")
-      .def_ro("plan", &PlanResult::plan, "the best path found, also where it is not Solved")
+  nb::class_<PlanResult>(m, "PlanResult", "Result of plan(): the plan, its status, and statistics of the search.")
+      .def_ro("plan", &PlanResult::plan, "best plan found, also if the status is not Solved")
       .def_prop_ro("status", [](const PlanResult& r) { return r.result.status; })
       .def_prop_ro(
-          "reason", [](const PlanResult& r) { return r.result.reason; },
-          "why not Solved, where there is more to say than that the budget was used up")
+          "reason", [](const PlanResult& r) { return r.result.reason; }, "why there is no solution, if the reason is not a used-up budget")
       .def_prop_ro(
           "options",
           [](const PlanResult& r) {
             return PlannerOptions{r.task.model, r.options};
           },
-          "that the plan was made with")
+          "options with which the plan was made")
       .def_prop_ro("seed", [](const PlanResult& r) { return r.result.seed; })
       .def_prop_ro(
-          "cost", [](const PlanResult& r) { return r.result.cost; }, "of the plan: time of its commands and a price for each regrasp [s]")
+          "cost", [](const PlanResult& r) { return r.result.cost; },
+          "cost of the plan: duration of its commands plus a cost for each regrasp [s]")
       .def_prop_ro(
-          "start_penetration", [](const PlanResult& r) { return r.result.start_penetration; }, "deepest of the given start [m], >= 0")
+          "start_penetration", [](const PlanResult& r) { return r.result.start_penetration; },
+          "deepest penetration in the given start [m], >= 0")
       .def_prop_ro(
-          "iterations", [](const PlanResult& r) { return r.result.iterations; }, "extensions of the tree")
-      .def_prop_ro("linearisations", [](const PlanResult& r) { return r.result.linearisations; })
-      .def_prop_ro("nodes", [](const PlanResult& r) { return r.result.nodes; })
-      .def_prop_ro("steps", [](const PlanResult& r) { return r.result.steps; })
-      .def_prop_ro("failed_steps", [](const PlanResult& r) { return r.result.failed_steps; })
+          "iterations", [](const PlanResult& r) { return r.result.iterations; }, "number of extensions of the trees")
+      .def_prop_ro(
+          "linearisations", [](const PlanResult& r) { return r.result.linearisations; }, "number of smoothed steps with the derivative B")
+      .def_prop_ro(
+          "nodes", [](const PlanResult& r) { return r.result.nodes; }, "number of nodes")
+      .def_prop_ro(
+          "steps", [](const PlanResult& r) { return r.result.steps; }, "number of exact steps")
+      .def_prop_ro(
+          "failed_steps", [](const PlanResult& r) { return r.result.failed_steps; }, "number of steps without a solution")
       .def_prop_ro(
           "profile",
           [](const PlanResult& r) {
@@ -175,39 +182,51 @@ void bind_planning(nb::module_& m) {
             }
             return out;
           },
-          "activity -> (processor time [s], calls); all 0 with the options `thesis`")
+          "processor time [s] and number of calls for each activity: {name: (time, calls)}; all 0 with the option `thesis`")
       .def_prop_ro(
           "regrasps", [](const PlanResult& r) { return to_map(r.result.regrasps); },
-          "how many moves to new contacts were tried and accepted, and what refused the others")
+          "number of regrasps that were tried and accepted, and the number refused for each cause")
       .def_prop_ro(
           "refused", [](const PlanResult& r) { return r.result.refused; },
-          "where moves to new contacts were refused until there was a plan, by nodes of the trees; none with the option `thesis`")
-      .def_prop_ro("wall_s", [](const PlanResult& r) { return r.result.wall_s; })
+          "nodes from which regrasps were refused before a plan was found; empty with the option `thesis`")
       .def_prop_ro(
-          "tree", [](const PlanResult& r) { return r.result.records; }, "its nodes, the root first, of a search with the option `thesis`")
-      .def_prop_ro("tree_errors", &tree_errors, "distances of the nodes in `tree` from the goal [m], [rad] (nodes, 2)")
+          "wall_s", [](const PlanResult& r) { return r.result.wall_s; }, "wall time of the search [s]")
+      .def_prop_ro(
+          "tree", [](const PlanResult& r) { return r.result.records; },
+          "nodes of the search tree, the root first; only with the option `thesis`")
+      .def_prop_ro("tree_errors", &tree_errors, "distance of each node of `tree` from the goal: position [m], angle [rad] (nodes, 2)")
       .def("packing_ratio", &packing_ratio, "threshold"_a = 3.0, "samples"_a = 1000, "seed"_a = 0,
-           "(3.9) after each node in `tree`, by the boxes and γ of the task (nodes)")
+           R"(Packing ratio (3.9) of the search tree after each of its nodes (nodes).
+
+The packing ratio is the share of sampled configurations that lie within `threshold` of a node.
+
+  threshold: η in (3.9), > 0.
+  samples: number of configurations, drawn from the sample boxes of the task.
+  seed: of these samples.
+
+The regularisation γ is the value of the task.)")
       .def("__repr__", [](const PlanResult& r) {
         return fmt::format("<stiction.PlanResult: {}, {:.4g} m and {:.4g} rad from the goal>", core::to_string(r.result.status),
                            r.result.plan.error.position, r.result.plan.error.angle);
       });
-  m.def(
-      "plan", &plan, "task"_a, nb::kw_only(), "q_start"_a = nb::none(), "u_start"_a = nb::none(), "options"_a = nb::none(),
-      "seed"_a = nb::none(), "threads"_a = nb::none(), "timeout_s"_a = 20.0, "on_progress"_a = nb::none(), "on_growth"_a = nb::none(),
-      "Plans a path of the object to the goal (Algorithms 2 and 3).\n\n"
-      "q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their "
-      "strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. "
-      "options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: "
-      "those "
-      "of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error "
-      "in it "
-      "stop the search, so does False, which keeps the best path so far (Cancelled). on_growth: called with Growth, the nodes that a tree "
-      "gained; the plan is the same with it.\n\n"
-      "status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest "
-      "at "
-      "the start). Raises InvalidInput."
-      R"(
+  m.def("plan", &plan, "task"_a, nb::kw_only(), "q_start"_a = nb::none(), "u_start"_a = nb::none(), "options"_a = nb::none(),
+        "seed"_a = nb::none(), "threads"_a = nb::none(), "timeout_s"_a = 20.0, "on_progress"_a = nb::none(), "on_growth"_a = nb::none(),
+        R"(Searches for a motion of the robot that moves the object from the start to the goal of a task (Algorithms 2 and 3).
+
+  task: Task with the model, the start and the goal.
+  q_start: measured configuration from which to plan (n_q). Overlaps of bodies are removed first. None: the start of the task.
+  u_start: measured commands at q_start (n_a) [m or rad]; they give the load of the joint springs at the start. None: each joint is
+    commanded to its position in q_start.
+  options: PlannerOptions, or a dict with the options to change. None: the options of the task.
+  seed: of the random samples. None: the seed of the options.
+  threads: 0: all cores. None: as in the options. The plan does not depend on this number.
+  timeout_s: largest wall time [s], > 0.
+  on_progress: function that is called with Progress. Ctrl-C or an error in the function stops the search. The return value False also
+    stops the search, and plan() returns the best plan so far with the status Cancelled.
+  on_growth: function that is called with Growth, the new nodes of a search tree. It does not change the plan.
+
+Returns a PlanResult. Its status is Solved; MaxIterations: the time or the budget was used up, or see `reason`; Cancelled; or
+NumericalFailure: the objects do not come to rest at the start. Raises InvalidInput.
 
     >>> task = st.load_task("planar_pushing")
     >>> result = st.plan(task, seed=0)

@@ -67,7 +67,7 @@ using TouchFirst = std::variant<std::string, std::filesystem::path, execution::T
 /// A run and what the simulated world knows of it.
 struct RunOutcome {
   RunResult result;
-  std::optional<GuardedResult> touch;            ///< guarded moves before it
+  std::optional<GuardedResult> touch;  ///< guarded moves before it
   planning::GoalError true_error;
   double start_overlap = 0, start_moved = 0;
   double max_depth = std::numeric_limits<double>::quiet_NaN(), largest_effort = max_depth;
@@ -217,56 +217,56 @@ std::unique_ptr<RunOutcome> run(const Target& target, const GoalsLike& goals_giv
 }
 
 void bind_parts(nb::module_& m) {
-  nb::enum_<RunEnd>(m, "RunEnd", "Why a run ended.")
-      .value("Reached", RunEnd::Reached, "the goal held")
+  nb::enum_<RunEnd>(m, "RunEnd", "Reason why a run ended.")
+      .value("Reached", RunEnd::Reached, "the object stayed within the tolerances of the goal")
       .value("Dropped", RunEnd::Dropped, "an object fell")
-      .value("NoPlan", RunEnd::NoPlan, "the planner found none, or refused the start")
-      .value("Replans", RunEnd::Replans, "used up")
-      .value("TimeUp", RunEnd::TimeUp, "`duration` is over")
-      .value("Deadline", RunEnd::Deadline, "`timeout_s` is over")
-      .value("Cancelled", RunEnd::Cancelled)
-      .value("Silent", RunEnd::Silent, "the plant does not answer")
-      .value("Unfelt", RunEnd::Unfelt, "guarded moves before the run did not end as they should");
-  nb::enum_<RunState>(m, "RunState", "What a run does at a moment.")
-      .value("Hold", RunState::Hold, "commands rest: something settles, or the goal has to hold")
+      .value("NoPlan", RunEnd::NoPlan, "the planner found no plan, or refused the start")
+      .value("Replans", RunEnd::Replans, "the run used up its `replans`")
+      .value("TimeUp", RunEnd::TimeUp, "the `duration` by the clock of the plant is over")
+      .value("Deadline", RunEnd::Deadline, "the wall time `timeout_s` is over")
+      .value("Cancelled", RunEnd::Cancelled, "the caller stopped the run")
+      .value("Silent", RunEnd::Silent, "the plant does not answer, or its objects are not seen any more")
+      .value("Unfelt", RunEnd::Unfelt, "a guarded move before the run did not end as expected");
+  nb::enum_<RunState>(m, "RunState", "Activity of a run at one moment.")
+      .value("Hold", RunState::Hold, "the command is constant: objects come to rest, or the object has to stay at the goal")
       .value("Push", RunState::Push, "the robot pushes")
       .value("Regrasp", RunState::Regrasp, "the robot moves to new contacts")
-      .value("Replan", RunState::Replan, "commands rest while the planner works");
-  nb::class_<Look>(m, "RunSample", "What is seen and decided at one look of a run.")
+      .value("Replan", RunState::Replan, "the command is constant while the planner works");
+  nb::class_<Look>(m, "RunSample", "Measurement, command and activity of a run at one sample; a run takes 50 samples a second.")
       .def_ro("time", &Look::time, "since the start of the run [s]")
       .def_ro("state", &Look::state)
-      .def_ro("q", &Look::q, "measured (n_q)")
-      .def_ro("q_plan", &Look::q_plan, "as planned for this moment; where nothing is planned as measured (n_q)")
+      .def_ro("q", &Look::q, "measured configuration (n_q)")
+      .def_ro("q_plan", &Look::q_plan, "configuration that the plan predicts for this moment (n_q); equal to q if no plan is carried out")
       .def_ro("u", &Look::u, "commands (n_a) [rad or m]")
-      .def_ro("piece", &Look::piece, "index into RunResult.pieces; -1 before the first")
-      .def_ro("plans", &Look::plans, "so far")
-      .def_ro("goal_share", &Look::goal_share, "how far the object is from the goal, in its tolerances")
-      .def_ro("goal", &Look::goal, "which one of goals in a row")
+      .def_ro("piece", &Look::piece, "index into RunResult.pieces; -1 before the first piece")
+      .def_ro("plans", &Look::plans, "number of plans so far")
+      .def_ro("goal_share", &Look::goal_share, "distance of the object from the goal, in tolerances of the goal")
+      .def_ro("goal", &Look::goal, "index of the current goal in `goals`")
       .def_ro("torque", &Look::torque,
-              "of the motors, of each the largest since the sample before (n_a) [N m or N]; empty of a plant of one's own")
-      .def_ro("forces", &Look::forces, "by pair; empty of a plant of one's own");
-  nb::class_<RunPlan>(m, "RunPlan", "One call of the planner.")
-      .def_ro("time", &RunPlan::time, "of the run, when it was asked [s]")
-      .def_ro("wall_s", &RunPlan::wall_s, "that it took")
-      .def_ro("processor_s", &RunPlan::processor_s, "... of all cores of the process [s]")
-      .def_ro("clock_s", &RunPlan::clock_s, "... and of the clock of the plant [s]")
+              "largest torque of each motor since the previous sample (n_a) [N m or N]; empty if `plant` was given")
+      .def_ro("forces", &Look::forces, "contact forces, one PairForce for each pair that touches; empty if `plant` was given");
+  nb::class_<RunPlan>(m, "RunPlan", "One call of the planner in a run.")
+      .def_ro("time", &RunPlan::time, "time of the run at which the planner was called [s]")
+      .def_ro("wall_s", &RunPlan::wall_s, "wall time of the call [s]")
+      .def_ro("processor_s", &RunPlan::processor_s, "processor time of the call on all cores of the process [s]")
+      .def_ro("clock_s", &RunPlan::clock_s, "time that the call took by the clock of the plant [s]")
       .def_ro("status", &RunPlan::status)
-      .def_ro("cause", &RunPlan::cause, "why it was asked")
-      .def_ro("joined", &RunPlan::joined, "the plan before was gone on with, and nothing was searched")
-      .def_ro("reason", &RunPlan::reason, "what the planner said, where it found nothing");
+      .def_ro("cause", &RunPlan::cause, "why the run called the planner")
+      .def_ro("joined", &RunPlan::joined, "True: the run continued the previous plan, without a search")
+      .def_ro("reason", &RunPlan::reason, "message of the planner if it found no plan");
   nb::class_<RunGoal>(m, "RunGoal", "One goal of a run.")
       .def_ro("reached", &RunGoal::reached)
-      .def_ro("begin_s", &RunGoal::begin_s, "since the start of the run, when it was the next one to be reached")
-      .def_ro("end_s", &RunGoal::end_s, "... when it had been held for as long as asked, or the run ended")
-      .def_ro("replans", &RunGoal::replans, "plans after the first one for it")
-      .def_ro("error", &RunGoal::error, "at its end, as measured");
-  nb::class_<RunPiece>(m, "RunPiece", "What was carried out of a piece of a plan.")
+      .def_ro("begin_s", &RunGoal::begin_s, "time of the run at which it became the current goal [s]")
+      .def_ro("end_s", &RunGoal::end_s, "time of the run at which the goal counted as reached, or the run ended [s]")
+      .def_ro("replans", &RunGoal::replans, "number of plans for this goal after the first one")
+      .def_ro("error", &RunGoal::error, "measured distance from this goal at end_s");
+  nb::class_<RunPiece>(m, "RunPiece", "One push or regrasp that a run carried out, whole or in part.")
       .def_ro("kind", &RunPiece::kind, "Contact or Regrasp")
-      .def_ro("plan", &RunPiece::plan, "index into RunResult.plans; -1: the given one, or none was needed yet")
-      .def_ro("begin_s", &RunPiece::begin_s)
-      .def_ro("end_s", &RunPiece::end_s)
-      .def_ro("off", &RunPiece::off, "how far the object was off its path at the end, in tolerances of the goal")
-      .def_ro("given_up", &RunPiece::given_up, "it was too far off");
+      .def_ro("plan", &RunPiece::plan, "index into RunResult.plans; -1: the plan that was given, or no plan was needed yet")
+      .def_ro("begin_s", &RunPiece::begin_s, "time of the run [s]")
+      .def_ro("end_s", &RunPiece::end_s, "time of the run [s]")
+      .def_ro("off", &RunPiece::off, "distance of the object from its planned path at the end, in tolerances of the goal")
+      .def_ro("given_up", &RunPiece::given_up, "True: the run stopped the piece because the object was too far off its path");
 }
 
 }  // namespace
@@ -275,52 +275,62 @@ void bind_run(nb::module_& m) {
   bind_parts(m);
   bind_plants(m);
   const auto of = [](auto member) { return [member](const RunOutcome& r) { return r.result.*member; }; };
-  nb::class_<RunOutcome>(m, "RunResult", "What came of bringing an object to its goal in closed loop.")
-      .def_prop_ro("status", of(&RunResult::status), "Solved: reached")
+  nb::class_<RunOutcome>(m, "RunResult", "Result of run(): how the run ended, its plans, and the recorded motion.")
+      .def_prop_ro("status", of(&RunResult::status), "Solved: all goals were reached")
       .def_prop_ro("end", of(&RunResult::end), "why the run ended")
-      .def_prop_ro("message", of(&RunResult::message), "the same in words, where the goal was not reached")
+      .def_prop_ro("message", of(&RunResult::message), "explanation in words if a goal was not reached")
       .def_prop_ro(
-          "reached", [](const RunOutcome& r) { return r.result.reached(); }, "all goals")
-      .def_prop_ro("goals", of(&RunResult::goals), "those that were begun, in a row")
-      .def_prop_ro("goals_reached", [](const RunOutcome& r) { return r.result.goals_reached(); })
-      .def_prop_ro("error", of(&RunResult::error), "of the object at the end, as measured")
-      .def_ro("true_error", &RunOutcome::true_error, "... and as it is; of a plant of one's own as measured")
+          "reached", [](const RunOutcome& r) { return r.result.reached(); }, "True: all goals were reached")
+      .def_prop_ro("goals", of(&RunResult::goals), "goals that the run began, in their order")
+      .def_prop_ro(
+          "goals_reached", [](const RunOutcome& r) { return r.result.goals_reached(); }, "number of goals that were reached")
+      .def_prop_ro("error", of(&RunResult::error), "measured distance of the object from the goal at the end")
+      .def_ro("true_error", &RunOutcome::true_error,
+              "exact distance from the goal in the simulation; equal to `error` if `plant` was given")
       .def_prop_ro(
           "touch", [](const RunOutcome& r) { return r.touch ? &*r.touch : nullptr; }, nb::rv_policy::reference_internal,
-          "what became of the moves of touch_first; None: there were none")
-      .def_prop_ro("duration_s", of(&RunResult::duration_s), "by the clock of the plant [s]")
-      .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans")
-      .def_prop_ro("wall_s", of(&RunResult::wall_s))
-      .def_prop_ro("plans", of(&RunResult::plans))
-      .def_prop_ro("pieces", of(&RunResult::pieces))
-      .def_prop_ro("replans", of(&RunResult::replans), "plans that something on the way called for")
-      .def_prop_ro("pushes", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Contact); })
-      .def_prop_ro("regrasps", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Regrasp); })
+          "result of the guarded moves of `touch_first`; None: there were no moves")
+      .def_prop_ro("duration_s", of(&RunResult::duration_s), "length of the run by the clock of the plant [s]")
+      .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans [s]")
+      .def_prop_ro("wall_s", of(&RunResult::wall_s), "wall time of the run [s]")
+      .def_prop_ro("plans", of(&RunResult::plans), "calls of the planner")
+      .def_prop_ro("pieces", of(&RunResult::pieces), "pushes and regrasps that were carried out")
+      .def_prop_ro("replans", of(&RunResult::replans),
+                   "number of plans after the first one of each goal; a plan that is asked for again after a refusal counts once")
+      .def_prop_ro(
+          "pushes", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Contact); },
+          "number of pushes that were carried out")
+      .def_prop_ro(
+          "regrasps", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Regrasp); },
+          "number of regrasps that were carried out")
       .def_prop_ro("dropped", of(&RunResult::dropped), "index of the object that fell, or None")
-      .def_ro("max_depth", &RunOutcome::max_depth, "deepest penetration [m]; NaN of a plant of one's own")
+      .def_ro("max_depth", &RunOutcome::max_depth, "deepest penetration of any contact [m]; NaN if `plant` was given")
       .def_ro("start_overlap", &RunOutcome::start_overlap,
-              "deepest overlap of a start that was moved apart before the plant began [m]; 0: it is as it was given")
-      .def_ro("start_moved", &RunOutcome::start_moved, "by how much an object was moved then, at most [m or rad]")
-      .def_ro("largest_effort", &RunOutcome::largest_effort, "share of a motor's effort, at most 1; NaN of a plant of one's own")
+              "deepest overlap of bodies in the given start [m]; run() moves them apart before the simulation begins. 0: no overlap")
+      .def_ro("start_moved", &RunOutcome::start_moved, "largest motion of an object when overlaps were removed from the start [m or rad]")
+      .def_ro("largest_effort", &RunOutcome::largest_effort,
+              "largest torque of a motor as a share of its effort limit, at most 1; NaN if `plant` was given")
       .def_prop_ro(
           "largest_press", [](const RunOutcome& r) { return r.handling.force; },
-          "largest normal force of one pair on a free object, as a multiple of its weight; None: no such object, or a plant of one's own")
+          "largest normal force of one contact pair on a free object, as a multiple of the object's weight; None: no free object, or "
+          "`plant` was given")
       .def_prop_ro(
           "slip_speeds", [](const RunOutcome& r) { return r.handling.slip_speeds; },
-          "per piece, how much faster than planned a free object was until the next piece began [m/s]; empty for a plant of one's own")
+          "for each piece, the largest excess of a free object's speed over its planned speed until the next piece began [m/s]; empty if "
+          "`plant` was given")
       .def_prop_ro(
           "times",
           [](const RunOutcome& r) -> Eigen::VectorXd {
             return Eigen::Map<const Eigen::VectorXd>(r.result.times.data(), static_cast<Eigen::Index>(r.result.times.size()));
           },
-          "[s] (looks)")
+          "time of each sample [s] (samples)")
       .def_prop_ro(
-          "q", [](const RunOutcome& r) { return rows(r.result.q); }, "measured (looks, n_q)")
+          "q", [](const RunOutcome& r) { return rows(r.result.q); }, "measured configurations (samples, n_q)")
       .def_prop_ro(
-          "q_plan", [](const RunOutcome& r) { return rows(r.result.q_plan); }, "planned (looks, n_q)")
+          "q_plan", [](const RunOutcome& r) { return rows(r.result.q_plan); }, "planned configurations (samples, n_q)")
       .def_prop_ro(
-          "u", [](const RunOutcome& r) { return rows(r.result.u); }, "commands (looks, n_a) [rad or m]")
-      .def_prop_ro("piece", of(&RunResult::piece), "index into pieces (looks); -1 before the first")
+          "u", [](const RunOutcome& r) { return rows(r.result.u); }, "commands (samples, n_a) [rad or m]")
+      .def_prop_ro("piece", of(&RunResult::piece), "index into `pieces` (samples); -1 before the first piece")
       .def("__repr__", [](const RunOutcome& r) {
         return fmt::format("<stiction.RunResult: {}, {:.2f} s, {} plans>", execution::to_string(r.result.end), r.result.duration_s,
                            r.result.plans.size());
@@ -333,40 +343,55 @@ void bind_run(nb::module_& m) {
         "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate, "plan_step_time_s"_a = nb::none(),
         "active_hold"_a = standard.active_hold, "join"_a = standard.join, "finger_gait"_a = standard.finger_gait,
         "touch_first"_a = nb::none(), "on_progress"_a = nb::none(), "on_sample"_a = nb::none(),
-        R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
+        R"(Moves the object of a task to its goal in closed loop, in MuJoCo or on your own robot (E.13)-(E.15).
 
-  target: a Task, or a Plan to begin with.
-  goals: in place of that of the task, reached one after another while the clock goes on: a list, or the name of a file with one (.yaml).
-    Each is numbers as of Task.set_goal, or a dict as `goal` of a task. Each is held before the next one begins, and one that is not
-    reached ends the run; `duration` and `timeout_s` are those of all. None: that of the task.
-  hold: a goal counts once the object was within its tolerances for so long [s], >= 0; 0: as soon as it is seen there, on its way as well.
-  plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
-    command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
-    they are not taken. A plant whose clock goes on by itself has an attribute real_time that is True: it is commanded while the planner works.
-    An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
-  options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
-  seed: of the plans and of the noise; None: that of the options.
-  speed: times that which follows from object and motors, > 0; above 1 of pushes alone.
-  replans: after the first plan of a goal, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
+The run carries a plan out at real speed and watches the object. When the object leaves its planned path, the planner makes a new plan
+from the measured state. Use run() to test a task under wrong friction, mass or noise, or to control a robot.
+
+  target: a Task, or a Plan with which the run begins.
+  goals: goals that replace the goal of the task: a list, or the name of a file (.yaml) with a list. Each goal is a list of numbers as in
+    Task.set_goal, or a dict as `goal` in a task file. The run brings the object to one goal after another, while the clock goes on. It
+    holds each goal before it begins the next one, and a goal that is not reached ends the run. `duration` and `timeout_s` are for all
+    goals together. None: the goal of the task.
+  hold: time that the object has to stay within the tolerances before a goal counts as reached [s], >= 0. 0: the goal counts as soon as
+    the object is seen within the tolerances, also during a push.
+  plant: your own robot or simulation; docs/theory/running.md describes the interface. It is an object with two methods. read() returns a
+    Measurement, or None if the robot does not answer. command(u, period) moves the commands linearly to u within period [s], returns
+    when the period is over, and may return False if the command was not taken. If the clock of the plant runs by itself, give it an
+    attribute real_time = True: the robot is then commanded while the planner works. An error in these methods ends the run and is raised.
+    None: a simulation in MuJoCo, to which friction_scale, mass_scale, pose_noise, pose_delay and pushes apply.
+  options: of the planner: PlannerOptions, or a dict with the options to change. None: the options of the target.
+  seed: of the plans and of the noise. None: the seed of the options.
+  speed: factor on the speed that follows from the object and the motors (E.13), > 0. A factor above 1 makes only the pushes faster.
+  replans: largest number of plans after the first plan of a goal, >= 0.
+  duration: largest length of the run by the clock of the plant [s], > 0.
   friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
-  pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
-  pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
-  threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
-  plan_timeout_s: of one plan [s], > 0. plan_processor_s: ... or this much time of all cores of the process [s], > 0, which other work
-    on the machine does not shorten; None: plan_timeout_s alone.
-  planning_rate: seconds of one core that the planner works within a second of the plant's clock, which goes on meanwhile, >= 0; 0: it
-    stands still. plan_step_time_s: each step that the planner computes is charged like this [s], > 0, so that a run is the same on every
-    machine; None: the processor time that it took.
-  active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
-  join: before the planner searches, the plan before is gone on with, where that leads to the goal.
-  finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
-  touch_first: guarded moves that are carried out first, in the world in which the run goes on (docs/guarded_moves.md): a TouchScenario of
-    this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them, also if a
-    Plan was given.
-  on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
-    run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
+  pose_noise: standard deviations of the measured object poses: (position [m], angle [rad]).
+  pose_delay: age of an object pose when the run receives it [s].
+  pushes: external forces on the object, each as (begin [s], duration [s], force in W [N] (3)).
+  threads: of the planner; 0: all cores. The result does not depend on this number.
+  timeout_s: largest wall time of the run [s], > 0.
+  plan_timeout_s: largest wall time of one plan [s], > 0.
+  plan_processor_s: largest processor time of one plan, summed over all cores of the process [s], > 0. Other load on the machine does not
+    shorten this budget. None: only plan_timeout_s limits a plan.
+  planning_rate: processor time that the planner gets in one second of the plant's clock [s], >= 0 (E.20). The clock goes on while the
+    planner works. 0: the clock stands still while the planner works.
+  plan_step_time_s: time that the plant's clock is charged for each step of the planner [s], > 0, in place of the measured processor time.
+    A run is then the same on every machine. None: the measured processor time.
+  active_hold: while no piece of a plan is carried out, the fingers of a hand keep a free object where it is (E.21). False: the command is constant.
+  join: before a search, the run tries to continue the previous plan from the measured state (E.22). It searches only if the previous
+    plan does not lead to the goal.
+  finger_gait: if an object would roll out of an open hand, the fingers turn it to its goal step by step; one finger at a time goes back
+    to its first contact (E.23). The planner is called only if this does not reach the goal. False: the planner is always called.
+  touch_first: guarded moves that the robot carries out before the run, in the same simulated world (docs/guarded_moves.md). Give a
+    TouchScenario of this task, or the name or file of a scenario with the key `task`. The planner then takes the fixed bodies to be where
+    the arm felt them. If target is a Plan, it is replaced by a new plan.
+  on_progress: function that is called with Progress (iteration: number of plans; size: number of pieces; best: distance from the goal in
+    tolerances). Ctrl-C, an error in the function or the return value False stop the run, and the robot holds its last command.
+  on_sample: function that is called with a RunSample 50 times a second of the plant's clock. An error in the function stops the run.
 
-status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.
+Returns a RunResult. Its status is Solved if all goals were reached; otherwise it is MaxIterations, Cancelled or NumericalFailure, and
+`end` and `message` give the reason. Raises InvalidInput.
 
     >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
     >>> run.end, run.reached

@@ -41,30 +41,32 @@ auto of_result(F field) {
 
 void bind_candidate(nb::module_& m) {
   nb::class_<Candidate>(m, "Candidate",
-                        "A cluster of points that explain the torques alike, by its best one. A valley is one candidate with its extent.")
-      .def_ro("link", &Candidate::link, "as robot/link")
-      .def_prop_ro("p_L", of_best(&ContactPoint::p_L), "in the link's frame [m] (3)")
-      .def_prop_ro("n_L", of_best(&ContactPoint::n_L), "outward unit normal (3)")
-      .def_prop_ro("f_L", of_best(&ContactPoint::f_L), "on the robot [N] (3)")
-      .def_prop_ro("p_W", of_values(&sensing::Candidate::p_W), "[m] (3)")
-      .def_prop_ro("n_W", of_values(&sensing::Candidate::n_W), "(3)")
-      .def_prop_ro("f_W", of_values(&sensing::Candidate::f_W), "[N] (3)")
-      .def_prop_ro("residual", of_best(&ContactPoint::residual), "l (4.5) [(N m)^2]")
-      .def_prop_ro("explains", of_values(&sensing::Candidate::explains), "the torques, as far as noise and tolerance tell")
+                        "Possible contact: a cluster of points that explain the torques equally well, described by its best point.")
+      .def_ro("link", &Candidate::link, "link in contact, as robot/link")
+      .def_prop_ro("p_L", of_best(&ContactPoint::p_L), "contact point in the frame of the link [m] (3)")
+      .def_prop_ro("n_L", of_best(&ContactPoint::n_L), "outward unit normal in the frame of the link (3)")
+      .def_prop_ro("f_L", of_best(&ContactPoint::f_L), "force on the robot in the frame of the link [N] (3)")
+      .def_prop_ro("p_W", of_values(&sensing::Candidate::p_W), "contact point in W [m] (3)")
+      .def_prop_ro("n_W", of_values(&sensing::Candidate::n_W), "outward unit normal in W (3)")
+      .def_prop_ro("f_W", of_values(&sensing::Candidate::f_W), "force on the robot in W [N] (3)")
+      .def_prop_ro("residual", of_best(&ContactPoint::residual), "residual l (4.5) [(N m)^2]")
+      .def_prop_ro("explains", of_values(&sensing::Candidate::explains),
+                   "True: the contact explains the torques within noise and tolerance")
       .def_prop_ro("objective", of_values(&sensing::Candidate::objective),
-                   "min l + (noise/F)^2 |f|^2 at the best point [(N m)^2]; over noise^2 it is -2 ln of a posterior, up to a constant")
+                   "min l + (noise/F)^2 |f|^2 at the best point [(N m)^2]; divided by noise^2 it is -2 ln of a posterior, up to a constant")
       .def_prop_ro("probability", of_values(&sensing::Candidate::probability),
-                   "of the places on its link that are nearest to it; 0 without posterior=True")
-      .def_prop_ro("rank", of_values(&sensing::Candidate::rank), "of J_C: below 3 the force is not unique")
+                   "probability of the points of its link that are nearest to this candidate; 0 without posterior=True")
+      .def_prop_ro("rank", of_values(&sensing::Candidate::rank), "rank of J_C; below 3 the force is not unique")
       .def_prop_ro("extent", of_values(&sensing::Candidate::extent),
-                   "largest distance of its points, of those as good, from the best one [m]")
-      .def_prop_ro("force_spread", of_values(&sensing::Candidate::force_spread), "largest distance of their forces from f_W [N]")
+                   "size of the cluster: largest distance of an equally good point from the best point [m]")
+      .def_prop_ro("force_spread", of_values(&sensing::Candidate::force_spread),
+                   "largest difference between the forces of these points and f_W [N]")
       .def_prop_ro(
           "points", [](const Candidate& c) { return rows(c.points, 3, [](const ContactPoint& p) { return p.p_L; }); },
-          "p_L of its points, by residual [m] (points, 3)")
+          "p_L of the points of the cluster, ordered by residual [m] (points, 3)")
       .def_prop_ro(
           "residuals", [](const Candidate& c) { return vector_of(c.points, [](const ContactPoint& p) { return p.residual; }); },
-          "l of its points [(N m)^2] (points)")
+          "residuals l of these points [(N m)^2] (points)")
       .def("__repr__", [](const Candidate& c) {
         const Eigen::Vector3d& p = c.values.p_W;
         return fmt::format("Candidate({}{}, p_W=[{:.3f}, {:.3f}, {:.3f}], {:.3g} N, residual={:.2g}, extent={:.3f})", c.link,
@@ -110,15 +112,16 @@ std::vector<sensing::TouchedPlace> places_of(const Posterior& p, const std::stri
 }
 
 void bind_posterior(nb::module_& m) {
-  nb::class_<Posterior>(m, "Posterior", R"(Where the robot is touched, as probabilities: nothing, or one contact on a link.
+  nb::class_<Posterior>(m, "Posterior", R"(Probabilities of where the robot is touched: nowhere, or at one contact on a link.
 
-Before torques are seen a contact has the probability touch_prior, and acts anywhere on what can be touched, uniformly by area, with a force that is normal in every
-direction and cut to the friction cone. Its standard deviation is plausible_force, or not known: 4 N, what the weakest joint holds, or their geometric mean.)")
+The prior probability of a contact is touch_prior. The prior of the contact point is uniform over the sensed surface. The prior of the force
+is a normal distribution, cut to the friction cone, with the standard deviation plausible_force. If plausible_force is not given, the
+standard deviation is unknown: 4 N, the force that the weakest joint holds, or their geometric mean.)")
       .def_prop_ro(
           "nothing", [](const Posterior& p) { return p.values.nothing; }, "probability that nothing touches the robot")
       .def_prop_ro("links", &links_of, nb::sig("def links(self) -> dict[str, float]"),
-                   "probability of a contact on each link, the largest first; with `nothing` they sum to 1")
-      .def_prop_ro("credible", &credible_of, "the fewest links that hold 95 % of what is not `nothing`, the likeliest first")
+                   "probability of a contact on each link, the largest first; together with `nothing` they sum to 1")
+      .def_prop_ro("credible", &credible_of, "smallest set of links with 95 % of the probability of a contact, the most likely link first")
       .def(
           "points",
           [](const Posterior& p, const std::string& link) {
@@ -127,13 +130,14 @@ direction and cut to the friction cone. Its standard deviation is plausible_forc
               return p.sensor->links()[static_cast<std::size_t>(place.link)].batch.p_L(place.sample);
             });
           },
-          "link"_a, "places on a link that carry weight, the likeliest first, in its frame [m] (places, 3)")
+          "link"_a,
+          "Returns the points of a link with notable probability, the most likely first, in the frame of the link [m] (places, 3).")
       .def(
           "probabilities",
           [](const Posterior& p, const std::string& link) {
             return vector_of(places_of(p, link), [](const sensing::TouchedPlace& place) { return place.probability; });
           },
-          "link"_a, "their probabilities (places)")
+          "link"_a, "Returns the probabilities of the points of a link that points() returns (places).")
       .def("__repr__", [](const Posterior& p) {
         std::string text = fmt::format("nothing {:.2g}", p.values.nothing);
         for (const int link : p.values.credible)
@@ -164,13 +168,13 @@ sensing::Discrimination discriminate(const SenseResult& r, const Vector& q, Flag
 
 void bind_discrimination(nb::module_& m) {
   using sensing::Discrimination;
-  nb::class_<Discrimination>(m, "Discrimination", "A small motion that tells candidates apart (4.13).")
-      .def_ro("status", &Discrimination::status, "Solved, or Infeasible: proved that no motion does")
-      .def_ro("dq", &Discrimination::dq, "of the joints (n_a) [rad or m]")
-      .def_ro("pull", &Discrimination::pull, "of each candidate: 1 it pulls away, 0 it pushes into")
+  nb::class_<Discrimination>(m, "Discrimination", "Small motion of the robot that distinguishes candidates (4.13).")
+      .def_ro("status", &Discrimination::status, "Solved; or Infeasible: proof that no motion distinguishes the candidates")
+      .def_ro("dq", &Discrimination::dq, "motion of the joints (n_a) [rad or m]")
+      .def_ro("pull", &Discrimination::pull, "for each candidate, 1: the motion pulls away from the contact; 0: it pushes into the contact")
       .def_ro("objective", &Discrimination::objective,
-              "how far from half of the candidates it pulls away, of those that are possible the least")
-      .def_ro("nodes", &Discrimination::nodes, "linear programs that were solved")
+              "difference between the number of candidates that it pulls away from and half of all; the smallest possible value")
+      .def_ro("nodes", &Discrimination::nodes, "number of linear programs that were solved")
       .def("__repr__", [](const Discrimination& d) {
         return fmt::format("<stiction.Discrimination: {}, {} candidates>", core::to_string(d.status), d.pull.size());
       });
@@ -178,22 +182,22 @@ void bind_discrimination(nb::module_& m) {
 
 void bind_sensed_link(nb::module_& m) {
   using Link = SensedLink;
-  nb::class_<Link>(m, "SensedLink", "A link on which contacts are looked for.")
+  nb::class_<Link>(m, "SensedLink", "Link on which a Sensor locates contacts.")
       .def_prop_ro(
-          "name", [](const Link& l) { return l.sensor->link_name(l.index); }, "as robot/link")
+          "name", [](const Link& l) { return l.sensor->link_name(l.index); }, "name of the link, as robot/link")
       .def_prop_ro(
           "p_L", [](const Link& l) { return Rows(l.get().batch.rows.topRows(3).leftCols(l.get().batch.size).transpose()); },
-          "samples, in the link's frame [m] (samples, 3)")
+          "sample points in the frame of the link [m] (samples, 3)")
       .def_prop_ro(
           "n_L", [](const Link& l) { return Rows(-l.get().batch.rows.middleRows(3, 3).leftCols(l.get().batch.size).transpose()); },
-          "their outward unit normals (samples, 3)")
+          "outward unit normals at the sample points (samples, 3)")
       .def_prop_ro(
-          "spacing", [](const Link& l) { return l.get().spacing; }, "root of the area per sample [m]")
+          "spacing", [](const Link& l) { return l.get().spacing; }, "square root of the area per sample [m]")
       .def_prop_ro(
           "joints", [](const Link& l) { return l.get().joints; },
-          "coordinates that move it: below 3 forces are not unique, below 5 points are not")
+          "number of joints that move the link; below 3, contact forces are not unique, and below 5, contact points are not unique")
       .def_prop_ro(
-          "area", [](const Link& l) { return l.get().surface.area; }, "of its surface [m^2]")
+          "area", [](const Link& l) { return l.get().surface.area; }, "area of its surface [m^2]")
       .def_prop_ro(
           "size", [](const Link& l) { return l.get().surface.size; }, "diagonal of its bounding box [m]")
       .def("__repr__", [](const Link& l) {
@@ -206,51 +210,57 @@ void bind_sensed_link(nb::module_& m) {
 
 void bind_sense_results(nb::module_& m) {
   using sensing::Verdict;
-  nb::enum_<Verdict>(m, "Verdict", "What torques say of contacts.")
-      .value("BelowThreshold", Verdict::BelowThreshold, "no contact, or one that these torques do not show")
-      .value("Explained", Verdict::Explained, "at least one candidate makes the torques, as far as noise and tolerance tell")
+  nb::enum_<Verdict>(m, "Verdict", "Whether the joint torques show a contact.")
+      .value("BelowThreshold", Verdict::BelowThreshold, "no contact, or a contact that these torques do not show")
+      .value("Explained", Verdict::Explained, "at least one candidate explains the torques within noise and tolerance")
       .value("Unexplained", Verdict::Unexplained,
-             "a single contact on the sensed links does not: several contacts, another link, or a wrong friction");
+             "no single contact on the sensed links explains the torques: several contacts, another link, or a wrong friction");
   bind_sensed_link(m);
   bind_candidate(m);
   bind_discrimination(m);
   bind_posterior(m);
   const sensing::DiscriminationOptions discrimination;
   using Result = sensing::SenseResult;
-  nb::class_<SenseResult>(m, "SenseResult", "What torques say of one moment.")
-      .def_prop_ro("verdict", of_result(&Result::verdict))
-      .def_prop_ro("candidates", &candidates_of, "those that explain, by objective, then the others, by residual")
-      .def_prop_ro("explained", of_result(&Result::explained), "l up to which torques count as explained [(N m)^2]")
+  nb::class_<SenseResult>(m, "SenseResult", "Contacts that explain the joint torques of one measurement.")
+      .def_prop_ro("verdict", of_result(&Result::verdict), "whether a contact explains the torques")
+      .def_prop_ro("candidates", &candidates_of,
+                   "candidates that explain the torques, ordered by objective; then the others, ordered by residual")
+      .def_prop_ro("explained", of_result(&Result::explained), "largest residual l that counts as explained [(N m)^2]")
       .def_prop_ro("posterior", &posterior_of, "Posterior, or None without posterior=True")
       .def_prop_ro(
           "largest", [](const SenseResult& r) { return r.result.largest.torque; },
-          "of the torques that is largest against its noise, less rest [N m; N]")
+          "torque that is largest relative to its noise, minus rest [N m; N]")
       .def_prop_ro(
-          "largest_joint", [](const SenseResult& r) { return r.result.largest.joint; }, "its joint")
-      .def_prop_ro("threshold", of_result(&Result::threshold), "from which that joint would have shown a contact [N m; N]")
+          "largest_joint", [](const SenseResult& r) { return r.result.largest.joint; }, "index of the joint with this torque")
+      .def_prop_ro("threshold", of_result(&Result::threshold), "torque of this joint from which the search for contacts begins [N m; N]")
       .def_prop_ro("noise", of_result(&Result::noise),
-                   "of each torque in the coordinates of residuals, so that residual/noise^2 has no unit [N m]")
+                   "noise of each torque in the coordinates of the residuals, so that residual/noise^2 has no unit [N m]")
       .def_prop_ro("friction", of_result(&Result::friction),
-                   "with which they were looked for: more than was given where that explained nothing")
-      .def_prop_ro("samples", of_result(&Result::samples))
-      .def_prop_ro("accepted", of_result(&Result::accepted), "samples with a residual small enough")
-      .def_prop_ro("descents", of_result(&Result::descents))
-      .def_prop_ro("converged", of_result(&Result::converged), "of the descents")
-      .def("calc_distance", &calc_distance, "link"_a, "p_L"_a,
-           "Distance of a known contact, p_L in the frame of a link [m] (3), from the nearest point that explains the torques [m]; inf "
-           "where "
-           "none is on that link.")
+                   "friction coefficient of the search; larger than the given one if that explained nothing")
+      .def_prop_ro("samples", of_result(&Result::samples), "number of samples")
+      .def_prop_ro("accepted", of_result(&Result::accepted), "number of samples with a small enough residual")
+      .def_prop_ro("descents", of_result(&Result::descents), "number of descents")
+      .def_prop_ro("converged", of_result(&Result::converged), "number of descents that converged")
+      .def(
+          "calc_distance", &calc_distance, "link"_a, "p_L"_a,
+          R"(Returns the distance of a known contact from the nearest point that explains the torques [m]; inf if no such point is on that link.
+
+  link: link of the known contact, as "robot/link".
+  p_L: known contact point in the frame of the link [m] (3).)")
       .def("discriminate", &discriminate, "q"_a, nb::kw_only(), "all"_a = false, "joint_step"_a = discrimination.joint_step,
            "travel"_a = nb::none(), "least"_a = discrimination.least, "sideways"_a = discrimination.sideways,
-           R"(The motion that pulls away from half of the candidates and pushes into the others, as nearly as can be (4.13): what becomes
-of the torques then refutes one half. Of those that explain, in their order; with `all` of all.
+           R"(Finds a small motion that distinguishes the candidates (4.13).
 
-  q: (n_q), or joint positions (n_a), of the measurement.
+The motion pulls away from about half of the candidates and pushes into the others. The change of the torques then refutes one half.
+
+  q: configuration of the measurement (n_q), or joint positions alone (n_a).
+  all: True: distinguish all candidates. False: only the candidates that explain the torques.
   joint_step: largest change of a joint [rad or m], > 0.
-  travel: longest motion at a contact [m], > 0; None: a tenth of joint_step times the longest reach.
-  least: of pulling and pushing, sideways: of sliding, shares of travel; least in (0, 1).
+  travel: largest motion of a contact point [m], > 0. None: a tenth of joint_step times the longest reach.
+  least: smallest motion along the normal at a contact, as a share of travel, in (0, 1).
+  sideways: largest sliding motion at a contact, as a share of travel.
 
-Raises InvalidInput: options, no candidate.)")
+Returns a Discrimination. Raises InvalidInput: options out of range, no candidate.)")
       .def("__repr__", [](const SenseResult& r) {
         return fmt::format("<stiction.SenseResult: {}, {} candidates>", sensing::to_string(r.result.verdict), r.result.candidates.size());
       });

@@ -76,24 +76,29 @@ void def_with_sense_options(nb::class_<Sensor>& type, const char* name, R (*func
   const std::string text = std::string(doc) + R"(
 
 Options:
-  friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
-  noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or their covariance (n_a, n_a): Calibration.noise.
-  rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
-  sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
-  unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
-  threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint, or more where that is known from few rows.
-  accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
-  tolerance: share of |tau| that an explanation may leave where there is no noise.
-  method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
-  merge: points nearer than this many sample spacings are one candidate.
-  thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
-  plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
-  friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
-  posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
-  touch_prior: probability of a contact before torques are seen, in (0, 1).
-  freedom: independent numbers by which the noise is known, one or one for each joint (n_a), > 0: Calibration.freedom; None: it is known.
+  friction: friction coefficient of the cone of possible contact forces (4.2).
+  rays: number of rays of this cone, in [3, 64]. 0: the exact cone.
+  noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or the covariance (n_a, n_a), as Calibration.noise.
+  rest: measured torques without contact (n_a), or a Calibration. None: 0.
+  sign: -1 if the robot reports the torques that it exerts on its surroundings, as libfranka does; otherwise 1.
+  unmeasured: joints without a torque sensor, by index or name. Their torques count as unknown, not as 0.
+  threshold: the search for contacts begins if max |tau| is at least this [N m], > 0. None: 4 times the noise of the joint, or more if the
+    noise is known from few rows.
+  accept: largest residual l of an accepted sample [(N m)^2]. None: accept_share |tau|^2, or the residual that noise may cause if that is
+    more.
+  tolerance: share of |tau| that a contact may leave unexplained if there is no noise.
+  method: GaussNewton(), SteepestDescent() (algorithm 4) or RejectionSampling().
+  merge: points closer than this many sample spacings form one candidate.
+  thin: Gauss-Newton skips starts within this many sample spacings of an earlier start or result, >= 0.
+  plausible_force: plausible contact force F [N], > 0. Candidates that explain the torques are ordered by l + (noise/F)^2 |f|^2. None: the
+    force that the weakest joint holds at its full reach.
+  friction_error: share by which the true friction may be larger, in [0, 1). It is used if no contact explains the torques.
+  posterior: True: also compute SenseResult.posterior, and order the candidates that explain the torques by probability.
+  touch_prior: prior probability of a contact, in (0, 1).
+  freedom: degrees of freedom of the noise estimate, one number or one for each joint (n_a), > 0, as Calibration.freedom. None: the noise is
+    known exactly.
 
-Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.)";
+Raises InvalidInput, which names the argument: wrong sizes, numbers that are not finite, options out of range.)";
   type.def(
       name,
       [function](Sensor& self, Head... head, double friction, int rays, const NoiseArgument& noise, std::optional<double> threshold,
@@ -227,19 +232,19 @@ Eigen::VectorXd calc_contact_torque(const ModelPtr& model, const Vector& q, cons
 
 void bind_options(nb::module_& m) {
   const SurfaceOptions surface;
-  nb::enum_<sensing::Sampling>(m, "Sampling", "How samples lie on a link.")
-      .value("Uniform", sensing::Sampling::Uniform, "independent, uniform by area")
-      .value("Stratified", sensing::Sampling::Stratified, "one in each of equal areas")
-      .value("BlueNoise", sensing::Sampling::BlueNoise, "of five times as many those that lie farthest apart");
-  nb::enum_<sensing::Normals>(m, "Normals", "Normals of a surface.")
-      .value("Flat", sensing::Normals::Flat, "of the triangle")
-      .value("Smooth", sensing::Normals::Smooth, "of the corners, over edges that are not sharp");
-  nb::class_<SurfaceOptions>(m, "SurfaceOptions", R"(What of a link counts as its surface.
+  nb::enum_<sensing::Sampling>(m, "Sampling", "Distribution of sample points on the surface of a link.")
+      .value("Uniform", sensing::Sampling::Uniform, "independent points, uniform by area")
+      .value("Stratified", sensing::Sampling::Stratified, "one point in each of equal areas")
+      .value("BlueNoise", sensing::Sampling::BlueNoise, "the points farthest apart, chosen from five times as many");
+  nb::enum_<sensing::Normals>(m, "Normals", "Kind of surface normals.")
+      .value("Flat", sensing::Normals::Flat, "normal of the triangle")
+      .value("Smooth", sensing::Normals::Smooth, "interpolated from vertex normals, except at sharp edges");
+  nb::class_<SurfaceOptions>(m, "SurfaceOptions", R"(Options for the surface of a link on which contacts are possible.
 
-  segments: triangles around a sphere, a cylinder or a capsule, >= 3.
-  rays: from each point whose visibility is tested; 0: hidden faces stay.
-  postures: of the robot in which a face may be seen, >= 1.
-  crease: edges sharper than this stay sharp with smooth normals [rad].)")
+  segments: number of triangles around a sphere, a cylinder or a capsule, >= 3.
+  rays: number of rays from each point whose visibility is tested. 0: hidden faces are kept.
+  postures: number of robot postures in which a face may be visible, >= 1.
+  crease: edges with a larger angle stay sharp with smooth normals [rad].)")
       .def(
           "__init__",
           [](SurfaceOptions* self, int segments, int rays, int postures, double crease) {
@@ -247,16 +252,17 @@ void bind_options(nb::module_& m) {
           },
           nb::kw_only(), "segments"_a = surface.segments, "rays"_a = surface.rays, "postures"_a = surface.postures,
           "crease"_a = surface.crease)
-      .def_ro("segments", &SurfaceOptions::segments)
-      .def_ro("rays", &SurfaceOptions::rays)
-      .def_ro("postures", &SurfaceOptions::postures)
-      .def_ro("crease", &SurfaceOptions::crease)
+      .def_ro("segments", &SurfaceOptions::segments, "triangles around a round shape")
+      .def_ro("rays", &SurfaceOptions::rays, "rays of the visibility test")
+      .def_ro("postures", &SurfaceOptions::postures, "postures of the visibility test")
+      .def_ro("crease", &SurfaceOptions::crease, "angle of a sharp edge [rad]")
       .def("__repr__", [](const SurfaceOptions& o) {
         return fmt::format("SurfaceOptions(segments={}, rays={}, postures={}, crease={})", o.segments, o.rays, o.postures, o.crease);
       });
   using sensing::GaussNewton, sensing::RejectionSampling, sensing::SteepestDescent;
   const GaussNewton newton;
-  nb::class_<GaussNewton>(m, "GaussNewton", "Levenberg-Marquardt on point and force together; steps in shares of the link's size.")
+  nb::class_<GaussNewton>(m, "GaussNewton",
+                          "Levenberg-Marquardt over contact point and force together. Step lengths are shares of the link's size.")
       .def(
           "__init__",
           [](GaussNewton* self, int max_steps, double tol_step, double damping, double max_step) {
@@ -269,7 +275,7 @@ void bind_options(nb::module_& m) {
                            o.max_step);
       });
   const SteepestDescent steepest;
-  nb::class_<SteepestDescent>(m, "SteepestDescent", "Algorithm 4 of the thesis (RSGD): steepest descent on the surface.")
+  nb::class_<SteepestDescent>(m, "SteepestDescent", "Steepest descent on the surface: algorithm 4 of the thesis (RSGD).")
       .def(
           "__init__",
           [](SteepestDescent* self, int max_steps, double tol_gradient, double armijo, double backtrack, int max_backtracks,
@@ -280,7 +286,7 @@ void bind_options(nb::module_& m) {
         return fmt::format("SteepestDescent(max_steps={}, tol_gradient={}, armijo={}, backtrack={}, max_backtracks={}, max_step={})",
                            o.max_steps, o.tol_gradient, o.armijo, o.backtrack, o.max_backtracks, o.max_step);
       });
-  nb::class_<RejectionSampling>(m, "RejectionSampling", "The accepted samples as they are (4.9).")
+  nb::class_<RejectionSampling>(m, "RejectionSampling", "Rejection sampling: the accepted samples, without descent (4.9).")
       .def(nb::init<>())
       .def("__repr__", [](const RejectionSampling&) { return "RejectionSampling()"; });
 }
@@ -317,13 +323,13 @@ void bind_pickle(nb::module_& m) {
 
 void bind_detectability(nb::module_& m) {
   using sensing::Detectability, sensing::DetectabilityMap;
-  nb::enum_<Detectability>(m, "Detectability", "What the torque of the last joint before a link shows of a contact (4.7).")
-      .value("Undetectable", Detectability::Undetectable, "no force of the cone makes a torque")
-      .value("Partial", Detectability::Partial, "some do")
-      .value("Full", Detectability::Full, "every one does, but 0");
-  nb::class_<DetectabilityMap>(m, "DetectabilityMap", "Of the samples of a link.")
-      .def_ro("kinds", &DetectabilityMap::kinds, "per sample")
-      .def_ro("eta", &DetectabilityMap::eta, "share of the unit forces whose torque is at most epsilon (4.8), in [0, 1] (samples)")
+  nb::enum_<Detectability>(m, "Detectability", "Whether a contact on a link causes a torque in the last joint before the link (4.7).")
+      .value("Undetectable", Detectability::Undetectable, "no force of the friction cone causes a torque")
+      .value("Partial", Detectability::Partial, "some forces of the cone cause a torque")
+      .value("Full", Detectability::Full, "every force of the cone except 0 causes a torque");
+  nb::class_<DetectabilityMap>(m, "DetectabilityMap", "Detectability of contacts at the sample points of a link.")
+      .def_ro("kinds", &DetectabilityMap::kinds, "detectability at each sample")
+      .def_ro("eta", &DetectabilityMap::eta, "share of the unit forces whose torque is at most epsilon, in [0, 1] (4.8) (samples)")
       .def_ro("full", &DetectabilityMap::full, "number of fully detectable samples");
 }
 
@@ -338,15 +344,20 @@ void bind_sensing(nb::module_& m) {
   const SensorOptions standard;
   auto sensor =
       nb::class_<Sensor>(m, "Sensor",
-                         R"(Surfaces and samples of the links of a robot, on which contacts are looked for. Immutable, shared by threads.
+                         R"(Locates contacts on the links of a robot from joint torques.
 
-  model: with at least one robot.
-  links: "robot/link", * matches any run of characters; empty: all that a joint moves and that have geometry.
-  samples: on each link, >= 1. sampling, normals: Sampling.Stratified, Normals.Flat.
-  seed: of samples and of the postures in which faces may be seen.
-  surface: SurfaceOptions().
+A sensor holds sample points on the surface of each link. Make it once and call sense() for every measurement. It is immutable, and threads
+may share it.
 
-Raises InvalidInput: a pattern that matches no link; a link that no joint moves or that has no surface.
+  model: Model with at least one robot.
+  links: names of the links to sense, as "robot/link"; * matches any characters. Empty: all links that a joint moves and that have geometry.
+  samples: number of sample points on each link, >= 1.
+  sampling: distribution of the sample points.
+  normals: kind of surface normals.
+  seed: of the sample points, and of the postures in the visibility test of the surface.
+  surface: SurfaceOptions.
+
+Raises InvalidInput: a pattern matches no link, or a link is not moved by a joint or has no surface.
 
     >>> model = st.load_model({"robots": [{"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}]})
     >>> sensor = st.Sensor(model, links=["arm/forearm_link"], samples=200)
@@ -363,50 +374,83 @@ Raises InvalidInput: a pattern that matches no link; a link that no joint moves 
               },
               "model"_a, nb::kw_only(), "links"_a = standard.links, "samples"_a = standard.samples, "sampling"_a = standard.sampling,
               "normals"_a = standard.normals, "seed"_a = standard.seed, "surface"_a = standard.surface)
-          .def_prop_ro("model", [](const Sensor& s) { return s.get().model_ptr(); })
-          .def_prop_ro("links", &links_of, "the sensed ones, in the order of the model")
+          .def_prop_ro(
+              "model", [](const Sensor& s) { return s.get().model_ptr(); }, "model of the robot")
+          .def_prop_ro("links", &links_of, "sensed links, in the order of the model")
           .def_prop_ro(
               "notes", [](const Sensor& s) { return std::vector<std::string>(s.get().notes().begin(), s.get().notes().end()); },
-              "faces left out, and links whose joints leave contacts ambiguous")
+              "remarks, one sentence each: faces that were left out, and links with too few joints to locate a contact")
           .def("calc_residuals", &calc_residuals, "q"_a, "tau"_a, "link"_a, "p_L"_a, "n_L"_a, nb::kw_only(),
                "friction"_a = SenseOptions{}.cone.friction(), "rays"_a = SenseOptions{}.cone.rays(),
-               R"(l(p) = min over f in the cone of |J_C^T f - tau|^2 at given points (4.5) [(N m)^2] (points).
+               R"(Computes the residual l(p) = min over f in the cone of |J_C^T f - tau|^2 at given points (4.5).
 
-  q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. link: "robot/link".
-  p_L, n_L: points and outward normals, in the link's frame (points, 3) [m].)")
-          .def(
-              "calc_undetectability", &calc_undetectability, "link"_a, "p_L"_a, "n_L"_a, nb::kw_only(),
-              "friction"_a = SenseOptions{}.cone.friction(), "epsilon"_a,
-              R"(eta (4.8) at given points: share of the unit forces of the exact cone whose torque is at most epsilon [N m/N], > 0 (points).
+  q: configuration (n_q), or joint positions alone (n_a).
+  tau: external torques (n_a) [N m; N].
+  link: name of the link, as "robot/link".
+  p_L, n_L: points and outward normals in the frame of the link (points, 3) [m].
+  friction, rays: friction cone, as in sense().
 
-  p_L, n_L: points and outward normals, in the link's frame (points, 3) [m].)")
+Returns the residuals [(N m)^2] (points).)")
+          .def("calc_undetectability", &calc_undetectability, "link"_a, "p_L"_a, "n_L"_a, nb::kw_only(),
+               "friction"_a = SenseOptions{}.cone.friction(), "epsilon"_a,
+               R"(Computes the undetectability eta at given points (4.8): the share of unit forces of the exact cone whose torque is small.
+
+  link: name of the link, as "robot/link".
+  p_L, n_L: points and outward normals in the frame of the link (points, 3) [m].
+  friction: friction coefficient of the cone.
+  epsilon: a torque of at most this per unit of force is small [N m/N], > 0.
+
+Returns eta (points).)")
           .def("calc_detectability", &calc_detectability, "link"_a, nb::kw_only(), "friction"_a = SenseOptions{}.cone.friction(),
                "rays"_a = SenseOptions{}.cone.rays(), "epsilon"_a,
-               "What the torque of the last joint shows at every sample of a link (4.7), (4.8).");
+               R"(Computes whether contacts at the samples of a link cause a torque in the last joint before the link (4.7), (4.8).
+
+  link: name of the link, as "robot/link".
+  friction, rays: friction cone, as in sense().
+  epsilon: a torque of at most this per unit of force is small [N m/N], > 0.
+
+Returns a DetectabilityMap.)");
   def_with_sense_options(sensor, "sense", &sense_once,
-                         R"(Every single contact on the sensed links that makes the torques.
+                         R"(Finds all single contacts on the sensed links that explain the joint torques of one measurement.
 
-  q: configuration (n_q), or joint positions alone (n_a) with objects at their placed frames [rad or m].
-  tau: external torques (n_a), in the order of u: measured ones less those of gravity and motion [N m; N].
-  last: result of the cycle before, whose candidates are starts as well.)",
+  q: configuration (n_q), or joint positions alone (n_a) [rad or m]; objects are then at their placed frames.
+  tau: external torques (n_a), in the order of u: the measured torques minus the torques of gravity and motion [N m; N].
+  last: SenseResult of the previous cycle. The search also starts from its candidates. None: no previous result.
+
+Returns a SenseResult with the candidates.)",
                          "q"_a, "tau"_a, "last"_a = nb::none(), nb::kw_only());
-  def_with_sense_options(sensor, "sense_series", &sense_many, R"(The same for a series, each moment from the candidates of the one before.
+  def_with_sense_options(
+      sensor, "sense_series", &sense_many,
+      R"(Calls sense() for a series of measurements. Each search also starts from the candidates of the previous measurement.
 
-  q: (time, n_q) or (time, n_a). tau: (time, n_a) [N m; N].)",
-                         "q"_a, "tau"_a, nb::kw_only());
-  def_with_sense_options(sensor, "sense_touch", &sense_moments,
-                         R"(Several moments of one touch: the same place on the same link, with another force at each moment.
+  q: configurations (time, n_q), or joint positions alone (time, n_a).
+  tau: external torques (time, n_a) [N m; N].
 
-  q: (moments, n_q) or (moments, n_a). tau: (moments, n_a) [N m; N].
-  correlation: of the errors of the moments, in [0, 1]: m moments count as m/(1 + (m - 1) correlation). One error of the rest is common to all.
+Returns a list with one SenseResult for each measurement.)",
+      "q"_a, "tau"_a, nb::kw_only());
+  def_with_sense_options(
+      sensor, "sense_touch", &sense_moments,
+      R"(Locates one contact from several measurements: the same point on the same link, with a different force in each measurement.
 
-Candidates are those of the moment whose torques are largest against their noise. Probabilities are always given.)",
-                         "q"_a, "tau"_a, "correlation"_a = 0.0, nb::kw_only());
+  q: configurations (moments, n_q), or joint positions alone (moments, n_a).
+  tau: external torques (moments, n_a) [N m; N].
+  correlation: correlation of the errors of the measurements, in [0, 1]: m measurements count as m/(1 + (m - 1) correlation). An error of
+    `rest`, for example, is common to all measurements.
+
+Returns a SenseResult. Its candidates come from the measurement whose torques are largest relative to their noise. It always has
+probabilities.)",
+      "q"_a, "tau"_a, "correlation"_a = 0.0, nb::kw_only());
   bind_contact_sets(m, sensor);
   m.def("calc_contact_torque", &calc_contact_torque, "model"_a, "q"_a, "link"_a, "p_L"_a, "f_L"_a,
-        R"(Torques (n_a) of a force on a link [N m; N] (Y.1).
+        R"(Computes the joint torques that a contact force on a link causes (Y.1).
 
-  q: (n_q), or joint positions (n_a). p_L, f_L: point [m] and force on the robot [N], in the link's frame (3).)");
+  model: Model with the robot.
+  q: configuration (n_q), or joint positions alone (n_a).
+  link: name of the link, as "robot/link".
+  p_L: contact point in the frame of the link [m] (3).
+  f_L: force on the robot in the frame of the link [N] (3).
+
+Returns the torques (n_a) [N m; N].)");
   bind_sensing_scenario(m);
   bind_pickle(m);
 }

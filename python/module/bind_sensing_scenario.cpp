@@ -84,73 +84,88 @@ std::vector<SenseResult> sense_file(const ScenarioFile& file) {
 }  // namespace
 
 void bind_sensing_scenario(nb::module_& m) {
-  nb::class_<KnownContact>(m, "KnownContact", "A contact from which the torques of a scenario were computed.")
-      .def_ro("link", &KnownContact::link, "as robot/link")
-      .def_ro("p_L", &KnownContact::p_L, "in the link's frame [m] (3)")
-      .def_ro("f_L", &KnownContact::f_L, "on the robot [N] (3)")
+  nb::class_<KnownContact>(m, "KnownContact", "Contact from which the torques of a scenario were computed.")
+      .def_ro("link", &KnownContact::link, "link in contact, as robot/link")
+      .def_ro("p_L", &KnownContact::p_L, "contact point in the frame of the link [m] (3)")
+      .def_ro("f_L", &KnownContact::f_L, "force on the robot in the frame of the link [N] (3)")
       .def("__repr__", [](const KnownContact& c) {
         return fmt::format("KnownContact({}, p_L=[{:.3f}, {:.3f}, {:.3f}], {:.3g} N)", c.link, c.p_L.x(), c.p_L.y(), c.p_L.z(),
                            c.f_L.norm());
       });
-  nb::class_<Scenario>(m, "SensingScenario", "A robot and what was measured, as a file says (tasks/schema/sensing.schema.json).")
-      .def_prop_ro("name", [](const Scenario& s) { return s.values.name; })
-      .def_prop_ro("description", [](const Scenario& s) { return s.values.description; })
-      .def_prop_ro("file", [](const Scenario& s) { return s.values.file; })
-      .def_ro("sensor", &Scenario::sensor)
+  nb::class_<Scenario>(m, "SensingScenario",
+                       "Scenario for sense(): a robot and its measured joint torques (tasks/schema/sensing.schema.json).")
       .def_prop_ro(
-          "times", [](const Scenario& s) { return vector_of(s.values.series.times); }, "[s] (time)")
+          "name", [](const Scenario& s) { return s.values.name; }, "name of the scenario")
+      .def_prop_ro(
+          "description", [](const Scenario& s) { return s.values.description; }, "one line about the scenario")
+      .def_prop_ro(
+          "file", [](const Scenario& s) { return s.values.file; }, "path of the scenario file")
+      .def_ro("sensor", &Scenario::sensor, "sensor of the robot")
+      .def_prop_ro(
+          "times", [](const Scenario& s) { return vector_of(s.values.series.times); }, "times of the measurements [s] (time)")
       .def_prop_ro(
           "q", [](const Scenario& s) { return rows(s.values.series.q); }, "joint positions [rad or m] (time, n_a)")
       .def_prop_ro(
           "tau", [](const Scenario& s) { return rows(s.values.series.tau); }, "external torques [N m; N] (time, n_a)")
       .def_prop_ro(
           "notes", [](const Scenario& s) { return s.values.series.notes; },
-          "a sentence each: columns of the file of the series that were not read, or whose meaning needs a word")
+          "remarks on the data file, one sentence each: columns that were not read, or that need an explanation")
       .def_prop_ro(
           "pushed", [](const Scenario& s) { return s.values.series.pushed; },
-          "of a simulated robot: indices into contacts of the pushes that act (time); of others empty")
-      .def_prop_ro("contact", &contact_of, "where the file gives a single one instead of torques, or None")
-      .def_prop_ro("contacts", &contacts_of, "all that the file gives instead of torques")
+          "for a simulated robot, the indices into `contacts` of the pushes that act at each time (time); otherwise empty")
+      .def_prop_ro("contact", &contact_of, "contact of the file, if it gives a single contact instead of torques; otherwise None")
+      .def_prop_ro("contacts", &contacts_of, "contacts of the file, if it gives contacts instead of torques")
       .def_prop_ro(
           "noise", [](const Scenario& s) { return s.values.options.noise; }, "standard deviation of each torque [N m]")
       .def("sense", &sense_moment, "q"_a, "tau"_a, "last"_a.none() = nb::none(),
-           R"(One measurement with the options of the scenario.
+           R"(Finds the single contacts that explain one measurement, as Sensor.sense() does, with the options of the scenario.
 
-  q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. last: of the measurement before, or None.
+  q: configuration (n_q), or joint positions alone (n_a) [rad or m].
+  tau: external torques (n_a) [N m; N].
+  last: SenseResult of the previous measurement, or None.
 
-Raises InvalidInput: sizes, numbers that are not finite.)")
+Returns a SenseResult. Raises InvalidInput: wrong sizes, numbers that are not finite.)")
       .def_prop_ro(
-          "max_contacts", [](const Scenario& s) { return s.values.max_contacts; }, "at the same time")
+          "max_contacts", [](const Scenario& s) { return s.values.max_contacts; }, "largest number of simultaneous contacts")
       .def_prop_ro(
           "base_wrench", [](const Scenario& s) { return s.values.base; },
-          "under the base, or None; of a simulated robot only the noise of the sensor")
-      .def_prop_ro("base_wrenches", &base_wrenches, "measured under the base (time); empty: none")
+          "measured force and moment under the base, or None; for a simulated robot only the noise of the sensor")
+      .def_prop_ro("base_wrenches", &base_wrenches, "measured forces and moments under the base (time); empty: none")
       .def("sense_contacts", &sense_contacts_moment, "q"_a, "tau"_a, "base"_a = nb::none(), "last"_a.none() = nb::none(),
-           R"(Contacts at the same time, at most max_contacts, with the options of the scenario: Sensor.sense_contacts().
+           R"(Finds simultaneous contacts that explain one measurement, as Sensor.sense_contacts() does, with the options of the scenario.
 
-  q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. base: BaseWrench, or None. last: of the measurement before, or None.
+  q: configuration (n_q), or joint positions alone (n_a) [rad or m].
+  tau: external torques (n_a) [N m; N].
+  base: BaseWrench, or None.
+  last: ContactSets of the previous measurement, or None.
 
-Raises InvalidInput: sizes, numbers that are not finite.)")
+Returns ContactSets with at most max_contacts contacts. Raises InvalidInput: wrong sizes, numbers that are not finite.)")
       .def("__repr__", [](const Scenario& s) {
         return fmt::format("<stiction.SensingScenario '{}': {} moments>", s.values.name, s.values.series.times.size());
       });
   m.def("load_sensing_scenario", &load, "scenario"_a,
-        "A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\"."
+        "Loads a scenario for sense(): the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\"."
         R"(
 
     >>> scenario = st.load_sensing_scenario("ur5_forearm")
     >>> scenario.tau.shape, scenario.contact.link
     ((1, 6), 'arm/forearm_link'))");
   m.def("load_sensing_scenario", &parse, "scenario"_a, nb::kw_only(), "base"_a = nb::none(),
-        "The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises "
+        "Makes a scenario from a dict with the keys of a file. base: folder to which its paths are relative; None: the working folder. "
+        "Raises "
         "InvalidInput: \"field: got …\".");
   m.def("sense", &sense_scenario, "scenario"_a,
-        "What every moment of a scenario says, with the scenario's options, each from the candidates of the one before."
-        R"(
+        R"(Locates contacts on a robot from its joint torques, for every measurement of a scenario.
+
+For your own robot, make a Sensor and call its method sense().
+
+  scenario: SensingScenario, or its name or file. Its options are used.
+
+Returns a list with one SenseResult for each measurement. Each search also starts from the candidates of the previous measurement.
 
     >>> [result.verdict for result in st.sense("ur5_forearm")]
     [Verdict.Explained])");
-  m.def("sense", &sense_file, "scenario"_a, "The same of load_sensing_scenario(scenario).");
+  m.def("sense", &sense_file, "scenario"_a, "The same for load_sensing_scenario(scenario): give the name or file of a scenario.");
   def_pickle<KnownContact, Scenario>();
 }
 

@@ -48,35 +48,35 @@ simulation::SimulationResult simulate(const std::shared_ptr<const Plant>& plant,
 
 void bind_results(nb::module_& m) {
   using simulation::PairForce;
-  nb::class_<PairForce>(m, "PairForce", "Force of one pair, its contact points together.")
+  nb::class_<PairForce>(m, "PairForce", "Contact force of one pair of geometries A and B, summed over its contact points.")
       .def_ro("pair", &PairForce::pair, "index into Model.pairs")
-      .def_ro("normal", &PairForce::normal, "[N]")
-      .def_ro("tangential", &PairForce::tangential, "[N]")
-      .def_ro("force_W", &PairForce::force_W, "on A [N]")
-      .def_ro("friction_W", &PairForce::friction_W, "[N]")
-      .def_ro("p_WC", &PairForce::p_WC, "mean of the points, weighted by their normal forces [m]")
+      .def_ro("normal", &PairForce::normal, "normal force [N]")
+      .def_ro("tangential", &PairForce::tangential, "magnitude of the friction force [N]")
+      .def_ro("force_W", &PairForce::force_W, "contact force on A, in W [N] (3)")
+      .def_ro("friction_W", &PairForce::friction_W, "friction force, in W [N] (3)")
+      .def_ro("p_WC", &PairForce::p_WC, "mean contact point in W, weighted by the normal forces [m] (3)")
       .def_ro("depth", &PairForce::depth, "deepest penetration [m]");
   using Result = simulation::SimulationResult;
-  nb::class_<Result>(m, "SimulationResult", "Samples of a second-order simulation.")
+  nb::class_<Result>(m, "SimulationResult", "Result of simulate(): samples of the motion and of the forces.")
       .def_ro("status", &Result::status)
-      .def_ro("message", &Result::message)
+      .def_ro("message", &Result::message, "reason of a numerical failure")
       .def_prop_ro(
           "times",
           [](const Result& r) -> Eigen::VectorXd {
             return Eigen::Map<const Eigen::VectorXd>(r.times.data(), static_cast<Eigen::Index>(r.times.size()));
           },
-          "[s] (samples)")
+          "times of the samples [s] (samples)")
       .def_prop_ro(
-          "q", [](const Result& r) { return rows(r.q); }, "(samples, n_q)")
+          "q", [](const Result& r) { return rows(r.q); }, "configurations (samples, n_q)")
       .def_prop_ro(
-          "v", [](const Result& r) { return rows(r.v); }, "(samples, n_v) [m/s, rad/s]")
+          "v", [](const Result& r) { return rows(r.v); }, "velocities in tangent coordinates (samples, n_v) [m/s, rad/s]")
       .def_prop_ro(
           "torque", [](const Result& r) { return rows(r.torque); },
-          "(samples, n_a) of each motor the largest since the sample before [N m or N]")
-      .def_ro("forces", &Result::forces, "per sample, by pair index; only pairs that touch")
-      .def_ro("max_depth", &Result::max_depth, "[m]")
-      .def_ro("steps", &Result::steps)
-      .def_ro("wall_s", &Result::wall_s);
+          "largest torque of each motor since the previous sample (samples, n_a) [N m or N]")
+      .def_ro("forces", &Result::forces, "for each sample, the forces of the pairs that touch, ordered by pair index")
+      .def_ro("max_depth", &Result::max_depth, "deepest penetration [m]")
+      .def_ro("steps", &Result::steps, "number of time steps")
+      .def_ro("wall_s", &Result::wall_s, "wall time [s]");
 }
 
 }  // namespace
@@ -85,22 +85,26 @@ void bind_simulation(nb::module_& m) {
   const PlantOptions options;
   const auto& contact = options.contact;
   bind_results(m);
-  nb::class_<Plant>(m, "Plant", R"(A model as MuJoCo simulates it; docs/theory/simulation.md says what follows from each argument.
+  nb::class_<Plant>(
+      m, "Plant", R"(A model prepared for second-order simulation in MuJoCo. docs/theory/simulation.md explains the effect of each argument.
 
-  timestep: [s], > 0.
-  damping_ratio: of a joint spring with the inertia that its joint moves, >= 0.
-  armature: inertia of every motor as its joint sees it [kg or kg m^2], >= 0; raised where a spring would turn faster than
-    spring_resolution [rad] in a timestep.
-  time_constant: of contacts in the normal direction [s]; friction_time_constant: in which slip dies out [s].
-  impedance: in (0, 0.9999]; 1 would be rigid. friction_stiffening: of friction against the normal direction, >= 1.
-  noslip_iterations: sweeps that remove the rest of the creep.
+  model: Model of the scene.
+  timestep: time step [s], > 0.
+  damping_ratio: damping ratio of each joint spring with the inertia that the joint moves, >= 0.
+  armature: inertia of every motor, reflected to its joint [kg or kg m^2], >= 0. It is raised for a joint whose spring would turn by more
+    than spring_resolution [rad] in a time step.
+  time_constant: time constant of contacts in the normal direction [s].
+  friction_time_constant: time constant with which slip decays [s].
+  impedance: contact impedance, in (0, 0.9999]; 1 would be rigid.
+  friction_stiffening: stiffness of friction relative to the normal direction, >= 1.
+  noslip_iterations: number of solver sweeps that remove the remaining creep.
   friction_scale: factor of every coefficient of friction, >= 0.
   ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
-  velocity_reference: damping acts on the difference of commanded and real velocity; else on the real one.
-  effort_limits: motors give Model.effort at most.
-  joint_friction: robot joints have the friction and damping of their files; objects always have theirs.
+  velocity_reference: True: joint damping acts on the difference of commanded and actual velocity. False: it acts on the actual velocity.
+  effort_limits: True: no motor gives more than Model.effort.
+  joint_friction: True: robot joints have the friction and damping of their files. Joints of objects always have them.
 
-Raises InvalidInput by the name of the argument.)")
+Raises InvalidInput, which names the argument.)")
       .def(nb::new_(&make_plant), "model"_a, nb::kw_only(), "timestep"_a = options.timestep, "damping_ratio"_a = options.damping_ratio,
            "armature"_a = options.armature, "spring_resolution"_a = options.spring_resolution, "time_constant"_a = contact.time_constant,
            "friction_time_constant"_a = contact.friction_time_constant, "impedance"_a = contact.impedance,
@@ -109,21 +113,23 @@ Raises InvalidInput by the name of the argument.)")
            "velocity_reference"_a = options.velocity_reference, "effort_limits"_a = options.effort_limits,
            "joint_friction"_a = options.joint_friction)
       .def_prop_ro(
-          "timestep", [](const Plant& plant) { return plant.options().timestep; }, "[s]")
-      .def_prop_ro("damping", &Plant::damping, nb::rv_policy::copy, "of the joint springs (n_a) [N s/m or N m s/rad]")
-      .def_prop_ro("armature", &Plant::armature, nb::rv_policy::copy, "(n_a) [kg or kg m^2]");
+          "timestep", [](const Plant& plant) { return plant.options().timestep; }, "time step [s]")
+      .def_prop_ro("damping", &Plant::damping, nb::rv_policy::copy, "damping of the joint springs (n_a) [N s/m or N m s/rad]")
+      .def_prop_ro("armature", &Plant::armature, nb::rv_policy::copy, "inertia of the motors (n_a) [kg or kg m^2]");
   m.def("simulate", &simulate, "plant"_a, "q0"_a, "times"_a, "u"_a, nb::kw_only(), "v0"_a = nb::none(),
         "record_interval"_a = simulation::SimulationOptions{}.record_interval, "timeout_s"_a = nb::none(),
-        R"(Second-order simulation, from q0 to the last knot.
+        R"(Simulates commands in MuJoCo, with inertia and impacts, from q0 to the last knot.
 
-  q0: configuration (n_q).
-  times: of the knots, increasing from 0 (knots) [s].
-  u: commanded joint positions, linear between knots (knots, n_a) [m or rad].
-  v0: velocity in tangent coordinates (n_v) [m/s, rad/s]; None: at rest.
-  record_interval: of the samples [s], > 0.
-  timeout_s: [s] > 0; None: as long as it takes.
+  plant: Plant of the model.
+  q0: configuration at the start (n_q).
+  times: times of the knots, increasing from 0 (knots) [s].
+  u: commanded joint positions at the knots, linear between them (knots, n_a) [m or rad].
+  v0: velocity at the start in tangent coordinates (n_v) [m/s, rad/s]. None: at rest.
+  record_interval: time between two samples of the result [s], > 0.
+  timeout_s: largest wall time [s], > 0. None: no limit.
 
-status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+Returns a SimulationResult. Its status is Solved; MaxIterations: the time was used up; or NumericalFailure: `message` gives the reason.
+Raises InvalidInput.
 
     >>> task = st.load_task("planar_pushing")
     >>> run = st.simulate(st.Plant(task.model), task.q_start, [0.0, 0.5], [[0, 0], [0, 0.1]], record_interval=0.05)

@@ -57,18 +57,19 @@ std::unique_ptr<SolveResult> solve(const tasks::Task& given, const std::optional
 }
 
 void bind_lint(nb::module_& m) {
-  nb::class_<tasks::Finding>(m, "Finding", "Something in a task that is hardly what was meant.")
-      .def_ro("kind", &tasks::Finding::kind)
-      .def_ro("message", &tasks::Finding::message, "field or body, what was found, what was likely meant")
-      .def_ro("where", &tasks::Finding::where, "start or goal, where it is a matter of one of them; else empty")
-      .def_ro("names", &tasks::Finding::names, "geometries (body/geometry) or the object that it is about")
-      .def_ro("p_W", &tasks::Finding::p_W, "of an overlap or a gap, halfway between the nearest points [m] (3)")
-      .def_ro("amount", &tasks::Finding::amount, "depth of an overlap, width of a gap, or what is missing to reach [m]")
+  nb::class_<tasks::Finding>(m, "Finding", "Likely mistake in a task, as lint() reports it.")
+      .def_ro("kind", &tasks::Finding::kind, "kind of the mistake")
+      .def_ro("message", &tasks::Finding::message, "field or body, the value that was found, and the value that was likely meant")
+      .def_ro("where", &tasks::Finding::where, "start or goal, if the mistake is in one of them; otherwise empty")
+      .def_ro("names", &tasks::Finding::names, "names of the geometries (body/geometry) or of the object")
+      .def_ro("p_W", &tasks::Finding::p_W, "place of an overlap or a gap in W, halfway between the nearest points [m] (3)")
+      .def_ro("amount", &tasks::Finding::amount, "depth of an overlap, width of a gap, or distance by which the robot cannot reach [m]")
       .def("__repr__", [](const tasks::Finding& f) { return fmt::format("<stiction.Finding: {}: {}>", f.kind, f.message); });
   m.def(
       "lint", [](const tasks::Task& task) { return tasks::lint(task); }, "task"_a, nb::call_guard<nb::gil_scoped_release>(),
-      "Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong."
-      R"(
+      R"(Checks a task for likely mistakes before you plan it: overlaps, objects without support, goals out of reach, and wrong units.
+
+Returns a list of Finding; an empty list if nothing was found.
 
     >>> st.lint(st.load_task("planar_pushing"))
     [])");
@@ -78,37 +79,44 @@ void bind_lint(nb::module_& m) {
 
 void bind_solve(nb::module_& m) {
   bind_lint(m);
-  nb::class_<SolveRun>(m, "SolveRun", "One run of a plan in the second-order simulation.")
+  nb::class_<SolveRun>(m, "SolveRun", "One run of a plan in the second-order simulation, without feedback.")
       .def_ro("friction", &SolveRun::friction, "factor of every coefficient of friction")
-      .def_ro("status", &SolveRun::status)
-      .def_ro("reached", &SolveRun::reached, "the goal, within its tolerances")
-      .def_ro("dropped", &SolveRun::dropped, "an object fell")
-      .def_ro("lost", &SolveRun::lost, "the object left the plan behind")
-      .def_ro("duration_s", &SolveRun::duration_s, "simulated [s]")
-      .def_ro("error", &SolveRun::error, "of the object at the end");
-  nb::class_<SolveTry>(m, "SolveTry", "What became of one seed.")
-      .def_prop_ro("seed", [](const SolveTry& t) { return t.result.seed; })
+      .def_ro("status", &SolveRun::status, "Solved: the run came to its end")
+      .def_ro("reached", &SolveRun::reached, "True: the object is within the tolerances of the goal")
+      .def_ro("dropped", &SolveRun::dropped, "True: an object fell")
+      .def_ro("lost", &SolveRun::lost, "True: the object is too far from its plan, and the run was ended")
+      .def_ro("duration_s", &SolveRun::duration_s, "simulated time [s]")
+      .def_ro("error", &SolveRun::error, "distance of the object from the goal at the end");
+  nb::class_<SolveTry>(m, "SolveTry", "Result of solve() for one seed.")
       .def_prop_ro(
-          "status", [](const SolveTry& t) { return t.result.result.status; }, "of the search")
-      .def_prop_ro("reason", [](const SolveTry& t) { return t.result.result.reason; })
-      .def_prop_ro("plan", &SolveTry::plan, "the refined plan where there is one")
+          "seed", [](const SolveTry& t) { return t.result.seed; }, "seed of the search")
       .def_prop_ro(
-          "accepted", [](const SolveTry& t) { return t.result.accepted; }, "by check_plan()")
+          "status", [](const SolveTry& t) { return t.result.result.status; }, "status of the search")
       .def_prop_ro(
-          "runs", [](const SolveTry& t) { return t.result.runs; }, "the first alone where it misses the goal, else one per friction")
+          "reason", [](const SolveTry& t) { return t.result.result.reason; }, "why the search has no solution")
+      .def_prop_ro("plan", &SolveTry::plan, "refined plan, if there is one")
       .def_prop_ro(
-          "holds", [](const SolveTry& t) { return t.result.holds(); }, "every run reached the goal")
-      .def_prop_ro("plan_s", [](const SolveTry& t) { return t.result.plan_s; })
-      .def_prop_ro("refine_s", [](const SolveTry& t) { return t.result.refine_s; })
-      .def_prop_ro("simulate_s", [](const SolveTry& t) { return t.result.simulate_s; });
-  nb::class_<SolveResult>(m, "SolveResult", "What became of all seeds.")
-      .def_prop_ro("status", [](const SolveResult& r) { return r.result.status; })
+          "accepted", [](const SolveTry& t) { return t.result.accepted; }, "True: check_plan() accepts the plan")
+      .def_prop_ro(
+          "runs", [](const SolveTry& t) { return t.result.runs; },
+          "one run for each friction factor; only the first run if that misses the goal")
+      .def_prop_ro(
+          "holds", [](const SolveTry& t) { return t.result.holds(); }, "True: every run reached the goal")
+      .def_prop_ro(
+          "plan_s", [](const SolveTry& t) { return t.result.plan_s; }, "wall time of planning [s]")
+      .def_prop_ro(
+          "refine_s", [](const SolveTry& t) { return t.result.refine_s; }, "wall time of refinement [s]")
+      .def_prop_ro(
+          "simulate_s", [](const SolveTry& t) { return t.result.simulate_s; }, "wall time of simulation [s]");
+  nb::class_<SolveResult>(m, "SolveResult", "Result of solve(): the best try and all tries.")
+      .def_prop_ro(
+          "status", [](const SolveResult& r) { return r.result.status; }, "see solve()")
       .def_prop_ro(
           "best",
           [](const SolveResult& r) {
             return SolveTry{r.task, r.result.best};
           },
-          "the first that holds, else the best one")
+          "the first try whose runs all reach the goal, or else the best try")
       .def_prop_ro(
           "tries",
           [](const SolveResult& r) {
@@ -116,8 +124,9 @@ void bind_solve(nb::module_& m) {
             for (const auto& t : r.result.tries) out.push_back({r.task, t});
             return out;
           },
-          "in the order of their seeds")
-      .def_prop_ro("wall_s", [](const SolveResult& r) { return r.result.wall_s; })
+          "all tries, in the order of their seeds")
+      .def_prop_ro(
+          "wall_s", [](const SolveResult& r) { return r.result.wall_s; }, "wall time [s]")
       .def("__repr__", [](const SolveResult& r) {
         return fmt::format("<stiction.SolveResult: {}, seed {}, {} tries>", core::to_string(r.result.status), r.result.best.seed,
                            r.result.tries.size());
@@ -125,16 +134,23 @@ void bind_solve(nb::module_& m) {
   const tasks::SolveOptions standard;
   m.def("solve", &solve, "task"_a, nb::kw_only(), "options"_a = nb::none(), "seed"_a = nb::none(), "tries"_a = standard.tries,
         "friction"_a = standard.friction, "speed"_a = standard.speed, "threads"_a = 0, "timeout_s"_a = 120.0, "on_progress"_a = nb::none(),
-        R"(Plans, refines, checks and simulates seeds until one reaches its goal in the second-order simulation.
+        R"(Searches for a plan that reaches its goal in the second-order simulation, without feedback.
 
-  options: of the planner: PlannerOptions, or a dict of those that differ from the task's; None: the task's.
-  seed: of the first try, the next ones count up; None: that of the options. tries: at most, >= 1.
-  friction: the goal has to be reached with every coefficient of friction times each of these, >= 0.
-  speed: of the runs, times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster.
-  threads: 0 for all cores; the result does not depend on it. timeout_s: of all tries [s], > 0.
-  on_progress: called with Progress; Ctrl-C and an error in it stop the run.
+For one seed after the other it plans, refines, checks and simulates, until a plan reaches the goal under every friction factor.
 
-status: Solved: best.holds; MaxIterations: no try holds, or time used up; Cancelled. Raises InvalidInput.
+  task: Task.
+  options: of the planner: PlannerOptions, or a dict with the options to change. None: the options of the task.
+  seed: of the first try; the following tries count up from it. None: the seed of the options.
+  tries: largest number of tries, >= 1.
+  friction: factors of every coefficient of friction, >= 0. The plan has to reach the goal with each of them.
+  speed: of the simulated runs, a factor on the full speed that follows from the object and the motors (E.13), > 0. A factor above 1 makes
+    only pushes faster.
+  threads: 0: all cores. The result does not depend on this number.
+  timeout_s: largest wall time of all tries [s], > 0.
+  on_progress: function that is called with Progress. Ctrl-C, an error in the function or the return value False stop the search.
+
+Returns a SolveResult. Its status is Solved: all runs of `best` reach the goal; MaxIterations: no such plan was found, or the time was used
+up; or Cancelled. Raises InvalidInput.
 
     >>> found = st.solve(st.load_task("planar_pushing"), seed=0, tries=1, speed=20.0)
     >>> [(one.seed, one.status) for one in found.tries]

@@ -88,73 +88,83 @@ void set_goal(Task& task, const GoalLike& values) {
 
 void bind_tasks(nb::module_& m) {
   bind_planner_options(m);
-  nb::class_<planning::Goal>(m, "Goal", "Where an object is to be, and how near is near enough.")
+  nb::class_<planning::Goal>(m, "Goal", "Target pose of an object, with tolerances.")
       .def_ro("object", &planning::Goal::object, "index of the object")
-      .def_ro("X_WG", &planning::Goal::X_WG)
+      .def_ro("X_WG", &planning::Goal::X_WG, "target pose of the object in W")
       .def_prop_ro("open", &open_coordinates,
-                   "of the objects' coordinates, in the order of their velocities (n_vu), which may have any value; empty: none")
-      .def_ro("tol_position", &planning::Goal::tol_position, "[m]")
-      .def_ro("tol_angle", &planning::Goal::tol_angle, "[rad]");
-  nb::class_<planning::GoalError>(m, "GoalError", "How far an object is from its goal.")
-      .def_ro("position", &planning::GoalError::position, "[m]")
-      .def_ro("angle", &planning::GoalError::angle, "[rad]")
+                   "for each velocity coordinate of the objects (n_vu), True if any value is accepted; empty: all coordinates count")
+      .def_ro("tol_position", &planning::Goal::tol_position, "tolerance of the position [m]")
+      .def_ro("tol_angle", &planning::Goal::tol_angle, "tolerance of the rotation angle [rad]");
+  nb::class_<planning::GoalError>(m, "GoalError", "Distance of an object from its goal.")
+      .def_ro("position", &planning::GoalError::position, "distance of the positions [m]")
+      .def_ro("angle", &planning::GoalError::angle, "angle of the rotation between the orientations [rad]")
       .def("__repr__",
            [](const planning::GoalError& e) { return fmt::format("GoalError(position={:.4g}, angle={:.4g})", e.position, e.angle); });
-  nb::class_<Task>(m, "Task", "A scene, a start, a goal and how to plan.")
+  nb::class_<Task>(m, "Task", "A scene with robots and objects, a start configuration, a goal for an object, and planner options.")
       .def(
           "__init__",
           [](Task* self, const nb::dict& task, const std::optional<std::filesystem::path>& base) {
             new (self) Task(make_task(task, base));
           },
           "task"_a, nb::kw_only(), "base"_a = nb::none(),
-          "A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses, paths and robots as "
-          "text "
-          "may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: \"field: "
-          "got …, expected "
-          "…\"."
-          R"(
+          R"(Makes a task in memory, without a task file.
+
+  task: dict with the keys of a task file (tasks/schema/task.schema.json). Its values may also be arrays, Pose objects, paths, and robots
+    as text.
+  base: folder to which paths in the dict are relative. None: the working folder.
+
+Raises InvalidInput with the text "field: got …, expected …".
 
     >>> folder = st.load_task("planar_pushing").file.parent
     >>> task = st.Task({"base": "planar_pushing.yaml", "name": "wide", "tolerance": {"position": 0.05, "angle": 0.2}}, base=folder)
     >>> task.name, task.goal.tol_position
     ('wide', 0.05))")
-      .def_ro("name", &Task::name)
-      .def_ro("description", &Task::description)
-      .def_ro("file", &Task::file, "of a task made in memory the folder that its paths are relative to")
-      .def_ro("text", &Task::text, "of a task made in memory, as in a file; else empty")
-      .def_ro("model", &Task::model)
+      .def_ro("name", &Task::name, "name of the task")
+      .def_ro("description", &Task::description, "one line about the task")
+      .def_ro("file", &Task::file, "path of the task file; for a task made in memory, the folder to which its paths are relative")
+      .def_ro("text", &Task::text, "text of a task made in memory, as in a task file; otherwise empty")
+      .def_ro("model", &Task::model, "model of the scene")
       .def_prop_ro(
-          "q_start", [](const Task& task) { return task.problem.q_start; }, "(n_q)")
+          "q_start", [](const Task& task) { return task.problem.q_start; }, "start configuration (n_q)")
       .def_prop_ro(
           "q_goal", [](const Task& task) { return task.problem.q_goal; },
-          "of the objects at the goal; of a goal region what is nearest to the start (n_qu)")
-      .def_prop_ro("goal", [](const Task& task) { return task.problem.goal; })
+          "configuration of the objects at the goal (n_qu); for a goal region, its point nearest to the start")
+      .def_prop_ro(
+          "goal", [](const Task& task) { return task.problem.goal; }, "target pose and tolerances")
       .def_prop_ro(
           "goal_objects", [](const Task& task) { return planning::goal_objects(*task.model, task.problem.goal); },
-          "indices of the objects that the goal names, ascending; without those that another of them hangs on")
+          "indices of the objects that the goal names, ascending; an object that carries another named object through a joint is left out")
       .def_prop_ro(
           "options",
           [](const Task& task) {
             return PlannerOptions{task.model, task.options};
           },
-          "of its section `planner`")
-      .def_ro("scene_sha256", &Task::scene_sha256)
+          "planner options of the task")
+      .def_ro("scene_sha256", &Task::scene_sha256, "SHA-256 of the scene; plans store it")
       .def("with_", &with, nb::kw_only(), "start"_a = nb::none(), "goal"_a = nb::none(), "options"_a = nb::none(),
-           "The task with another start (n_q), goal (as in set_goal) or options (PlannerOptions, or a dict of those that differ); this one "
-           "stays as it is. Raises InvalidInput."
-           R"(
+           R"(Returns a copy of the task with another start, goal or options. The task itself does not change.
+
+  start: start configuration (n_q).
+  goal: numbers as in set_goal().
+  options: PlannerOptions, or a dict with the options to change.
+
+None keeps the value of the task. Raises InvalidInput.
 
     >>> task = st.load_task("planar_pushing")
     >>> other = task.with_(goal=[0.6, 0.1, 0.0], options={"goal_bias": 0.3})
     >>> other.q_goal, other.options.goal_bias
     (array([0.6, 0.1, 0. ]), 0.3))")
       .def("goal_errors", &goal_errors, "q"_a,
-           "How far the object is from the goal, or from the nearest pose of the goal region, at many configurations (N, n_q): position "
-           "[m] and "
-           "angle [rad], (N, 2).")
+           R"(Returns the distance of the object from the goal, or from the nearest pose of a goal region, at many configurations.
+
+  q: configurations (N, n_q).
+
+Returns position [m] and angle [rad] for each (N, 2).)")
       .def(
           "as_plan", [](const Task& task) { return std::make_shared<Plan>(task, task.options, tasks::make_unplanned(task)); },
-          "A plan that stays at the start, to be shown, exported or compared: MaxIterations, unless the start is at the goal.")
+          "Returns a plan that stays at the start, to show, export or compare the task without planning. Its status is MaxIterations, "
+          "unless the "
+          "start is at the goal.")
       .def(
           "follow",
           [](const Task& task, const Matrix& u, const std::optional<Vector>& u_start) {
@@ -165,23 +175,28 @@ void bind_tasks(nb::module_& m) {
                                           tasks::make_commanded(task, columns, u_start ? u_start->value : Eigen::VectorXd()));
           },
           "u"_a, nb::kw_only(), "u_start"_a = nb::none(),
-          "The motion that commands (N, n_a) [m or rad] make from the start, with the dynamics of the planner, as a plan of one push. "
-          "Solved "
-          "where it ends at the goal, MaxIterations where not; else the status of the step that has no solution, where the plan ends. "
-          "Raises "
-          "InvalidInput."
-          R"(
+          R"(Simulates commands from the start with the dynamics of the planner, and returns the motion as a plan with one push.
+
+  u: commands (N, n_a) [m or rad].
+  u_start: commands at the start (n_a) [m or rad]. None: each joint is commanded to its start position.
+
+The status of the plan is Solved if it ends at the goal, and MaxIterations otherwise. If a step has no solution, the plan ends there and
+has the status of that step. Raises InvalidInput.
 
     >>> task = st.load_task("planar_pushing")
     >>> plan = task.follow([[0.0, 0.0], [0.0, 0.1]])
     >>> plan.status, plan.u[-1]
     (Status.MaxIterations, array([0. , 0.1])))")
       .def("set_goal", &set_goal, "values"_a,
-           "x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other; of several objects one after the other. None: "
-           "any value. Raises InvalidInput.");
+           R"(Replaces the goal of the task; the tolerances stay.
+
+  values: for a free object x y z [m] roll pitch yaw [rad], for any other object its coordinates. Several objects follow one another. None
+    in place of a number accepts any value of this coordinate.
+
+Raises InvalidInput.)");
   m.def(
       "list_tasks", [] { return tasks::list_tasks(tasks::default_data_dirs()); },
-      "Names of the built-in tasks."
+      "Returns the names of the built-in tasks."
       R"(
 
     >>> "allegro_cube" in st.list_tasks()
@@ -193,7 +208,7 @@ void bind_tasks(nb::module_& m) {
       [](const std::string& text, const std::optional<std::filesystem::path>& base) { return tasks::parse_task(text, folder_of(base)); },
       "text"_a, "base"_a = nb::none(), nb::call_guard<nb::gil_scoped_release>(), "Of scenes.py: the text of a task file.");
   m.def("list_keyframes", &tasks::list_keyframes, "file"_a, nb::call_guard<nb::gil_scoped_release>(),
-        "Names of the keyframes of an MJCF file, as a start of a task takes them. Raises InvalidInput."
+        "Returns the names of the keyframes of an MJCF file. The key `start` of a task accepts them. Raises InvalidInput."
         R"(
 
     >>> with open("keyed.xml", "w") as file:
@@ -202,9 +217,12 @@ void bind_tasks(nb::module_& m) {
     >>> st.list_keyframes("keyed.xml")
     ['home'])");
   m.def("load_task", &load_task, "name_or_file"_a, nb::call_guard<nb::gil_scoped_release>(),
-        "A built-in task by its name, or a file: a str that ends in .yaml or .yml or has a '/', or any os.PathLike. Raises InvalidInput: "
-        "\"FILE:LINE: field: got …, expected …\"."
-        R"(
+        R"(Loads a task: a scene with a start, a goal and planner options.
+
+  name_or_file: name of a built-in task, or a task file. A str that ends in .yaml or .yml or contains a '/' is a file, and so is any
+    os.PathLike.
+
+Returns a Task. Raises InvalidInput with the text "FILE:LINE: field: got …, expected …".
 
     >>> task = st.load_task("allegro_cube")
     >>> task.model.n_a, task.model.object_names

@@ -86,51 +86,60 @@ Rows rows_of(const std::vector<Eigen::VectorXd>& vectors) {
 }  // namespace
 
 void bind_trajopt(nb::module_& m) {
-  nb::class_<CostTerms>(m, "CostTerms", "Parts of the cost (T.1) of a trajectory.")
-      .def_ro("objects", &CostTerms::objects, "tracking of the objects before the end")
-      .def_ro("objects_final", &CostTerms::objects_final, "and at the end")
-      .def_ro("robots", &CostTerms::robots)
-      .def_ro("robots_final", &CostTerms::robots_final)
-      .def_ro("input", &CostTerms::input, "changes of the command")
-      .def_prop_ro("total", &CostTerms::total);
-  nb::class_<IterationLog>(m, "IterationLog", "What an iteration came to.")
-      .def_ro("cost", &IterationLog::cost, "of the trajectory after this iteration")
-      .def_ro("best", &IterationLog::best, "lowest total so far")
-      .def_ro("length", &IterationLog::length, "of the accepted step; 0: none was")
-      .def_ro("sharpness", &IterationLog::sharpness, "kappa [1/J], or the standard deviation of u")
-      .def_ro("qp_iterations", &IterationLog::qp_iterations)
-      .def_ro("failed_models", &IterationLog::failed_models)
-      .def_ro("elapsed_s", &IterationLog::elapsed_s);
-  nb::class_<OptimizeResult>(m, "OptimizeResult", "The best trajectory of an optimisation.")
+  nb::class_<CostTerms>(m, "CostTerms", "Terms of the cost of a trajectory (T.1).")
+      .def_ro("objects", &CostTerms::objects, "tracking error of the objects before the final time")
+      .def_ro("objects_final", &CostTerms::objects_final, "tracking error of the objects at the final time")
+      .def_ro("robots", &CostTerms::robots, "tracking error of the robots before the final time")
+      .def_ro("robots_final", &CostTerms::robots_final, "tracking error of the robots at the final time")
+      .def_ro("input", &CostTerms::input, "changes of the command between steps")
+      .def_prop_ro("total", &CostTerms::total, "sum of the terms");
+  nb::class_<IterationLog>(m, "IterationLog", "One iteration of optimize().")
+      .def_ro("cost", &IterationLog::cost, "cost of the trajectory after this iteration")
+      .def_ro("best", &IterationLog::best, "lowest total cost so far")
+      .def_ro("length", &IterationLog::length, "length of the accepted step, 1: the full step; 0: no step was accepted")
+      .def_ro("sharpness", &IterationLog::sharpness,
+              "smoothing of the iteration: kappa [1/J], or the largest standard deviation of u [rad or m]; 0: exact")
+      .def_ro("qp_iterations", &IterationLog::qp_iterations, "number of iterations of the QP solver")
+      .def_ro("failed_models", &IterationLog::failed_models, "number of time steps whose local model had no solution")
+      .def_ro("elapsed_s", &IterationLog::elapsed_s, "wall time since the start [s]");
+  nb::class_<OptimizeResult>(m, "OptimizeResult", "Result of optimize(): the best trajectory and the history of the iterations.")
       .def_ro("status", &OptimizeResult::status)
       .def_prop_ro(
           "q", [](const OptimizeResult& r) { return rows_of(r.q); }, "configurations of the best trajectory (T + 1, n_q)")
       .def_prop_ro(
-          "u", [](const OptimizeResult& r) { return rows_of(r.u); }, "commands (T, n_a)")
-      .def_ro("cost", &OptimizeResult::cost)
-      .def_ro("history", &OptimizeResult::history, "the guess first")
-      .def_ro("steps", &OptimizeResult::steps)
-      .def_ro("linearisations", &OptimizeResult::linearisations)
-      .def_ro("wall_s", &OptimizeResult::wall_s)
+          "u", [](const OptimizeResult& r) { return rows_of(r.u); }, "commands of the best trajectory (T, n_a) [m or rad]")
+      .def_ro("cost", &OptimizeResult::cost, "cost of the best trajectory")
+      .def_ro("history", &OptimizeResult::history, "iterations, the initial guess first")
+      .def_ro("steps", &OptimizeResult::steps, "number of steps that were computed")
+      .def_ro("linearisations", &OptimizeResult::linearisations, "number of local models that were computed")
+      .def_ro("wall_s", &OptimizeResult::wall_s, "wall time [s]")
       .def("__repr__", [](const OptimizeResult& r) {
         return fmt::format("<stiction.OptimizeResult: {}, cost {:.6g}>", core::to_string(r.status), r.cost.total());
       });
   m.def("optimize", &optimize, "task"_a, nb::kw_only(), "scheme"_a = nb::none(), "solver"_a = nb::none(), "iterations"_a = nb::none(),
         "forces"_a = false, "seed"_a = nb::none(), "timeout_s"_a = 60.0, "threads"_a = 0, "on_progress"_a = nb::none(),
         "section"_a = nb::none(), "reference"_a = nb::none(), "u_guess"_a = nb::none(), "u_before"_a = nb::none(),
-        R"(Optimises a trajectory by the section `optimize` of the task (iMPC, Alg. 1).
+        R"(Optimises a trajectory through contact by iterative MPC (iMPC, Alg. 1).
 
-  scheme: exact, analytic, randomized-first or randomized-zeroth; solver: sweep or receding; iterations: at most; None: as the task says.
-  forces: with the contact trust region.
-  seed: of the randomised schemes.
-  timeout_s: [s] > 0.
-  threads: 0 for all cores; the result does not depend on it.
-  on_progress: called with Progress; Ctrl-C and an error in it stop the run.
-  section: in place of the section `optimize` of the task, a dict with its keys.
-  reference: configurations to follow, the start first (T + 1, n_q), with the dynamics of the planner; None: the goal all the time. u_guess: commands to begin with (T, n_a); None:
-    those of the start all the time. u_before: the command before the first one (n_a); None: the joints of the start.
+Use it to improve a motion near an initial guess; plan() searches for a motion from scratch. The section `optimize` of the task gives the
+weights, the horizon and the defaults.
 
-status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
+  task: Task with a section `optimize`.
+  scheme: local model: exact, analytic, randomized-first or randomized-zeroth. None: as in the task.
+  solver: sweep or receding. None: as in the task.
+  iterations: largest number of iterations. None: as in the task.
+  forces: True: use the contact trust region.
+  seed: of the randomised schemes. None: as in the task.
+  timeout_s: largest wall time [s], > 0.
+  threads: 0: all cores. The result does not depend on this number.
+  on_progress: function that is called with Progress. Ctrl-C, an error in the function or the return value False stop the optimisation.
+  section: dict with the keys of the section `optimize`, which replaces the section of the task.
+  reference: configurations to track, the start first (T + 1, n_q). The step has the options of the planner then. None: the goal at all times.
+  u_guess: initial guess of the commands (T, n_a) [m or rad]. None: the commands of the start at all times.
+  u_before: command before the first one (n_a) [m or rad]. None: the joint positions of the start.
+
+Returns an OptimizeResult. Its status is Solved; or MaxIterations (time used up) or Cancelled, with the best trajectory so far. Raises
+InvalidInput.
 
     >>> result = st.optimize(st.load_task("impc_planar_pushing"), iterations=2)
     >>> result.status, len(result.q) == len(result.u) + 1

@@ -48,26 +48,26 @@ tasks::PlacedLinks place_links(const Model& model, const Vector& q, const std::m
 }  // namespace
 
 void bind_visuals(nb::module_& m) {
-  nb::class_<world::Visual>(m, "Visual", "What is seen of a body.")
-      .def_ro("body", &world::Visual::body)
-      .def_ro("X_BV", &world::Visual::X_BV)
+  nb::class_<world::Visual>(m, "Visual", "Visual shape or mesh of a body.")
+      .def_ro("body", &world::Visual::body, "index into Model.bodies")
+      .def_ro("X_BV", &world::Visual::X_BV, "pose of the visual in the body")
       .def_prop_ro(
           "shape",
           [](const world::Visual& v) -> std::optional<nb::dict> {
             const auto* shape = std::get_if<world::Shape>(&v.form);
             return shape != nullptr ? std::optional(std::visit(ShapeDict{}, *shape)) : std::nullopt;
           },
-          nb::sig("def shape(self) -> dict[str, object] | None"), "as Geometry.shape; None: a mesh")
+          nb::sig("def shape(self) -> dict[str, object] | None"), "shape, as in Geometry.shape; None: the visual is a mesh")
       .def_prop_ro(
           "mesh",
           [](const world::Visual& v) {
             const int* mesh = std::get_if<int>(&v.form);
             return mesh != nullptr ? std::optional(*mesh) : std::nullopt;
           },
-          "index into Visuals.meshes; None: a shape")
-      .def_ro("color", &world::Visual::color, "red, green, blue, opacity in [0, 1]");
-  nb::class_<world::Visuals>(m, "Visuals", "Pictures of a scene, as its files show it.")
-      .def_ro("visuals", &world::Visuals::visuals)
+          "index into Visuals.meshes; None: the visual is a shape")
+      .def_ro("color", &world::Visual::color, "red, green, blue and opacity in [0, 1]");
+  nb::class_<world::Visuals>(m, "Visuals", "Visual shapes and meshes of a scene.")
+      .def_ro("visuals", &world::Visuals::visuals, "visuals of all bodies")
       .def_prop_ro(
           "meshes",
           [](const world::Visuals& v) {
@@ -75,29 +75,36 @@ void bind_visuals(nb::module_& m) {
             for (const auto& mesh : v.meshes) out.emplace_back(mesh->vertices.transpose(), mesh->triangles.transpose());
             return out;
           },
-          "vertices (n, 3) [m] and triangles (m, 3) of each")
-      .def_ro("notes", &world::Visuals::notes, "what is left out, one sentence each");
+          "vertices (n, 3) [m] and triangles (m, 3) of each mesh")
+      .def_ro("notes", &world::Visuals::notes, "remarks on elements that were left out, one sentence each");
   m.def(
       "read_visuals", [](const Model& model) { return world::read_visuals(model); }, "model"_a, nb::call_guard<nb::gil_scoped_release>(),
-      "Pictures of links and objects as the files of the robots show them: <visual> elements of a URDF, visible geoms of an MJCF. What "
-      "cannot "
-      "be read is left out with a note. Bodies that no file shows have none: their geometries stand for them.");
-  nb::class_<tasks::PlacedLinks>(m, "PlacedLinks", "Joints with which links have poses.")
+      R"(Reads the visual shapes and meshes of links and objects: <visual> elements of a URDF, and visible geoms of an MJCF.
+
+Elements that cannot be read are left out, with a remark in `notes`. A body without visuals in its file has none; draw its geometries.)");
+  nb::class_<tasks::PlacedLinks>(m, "PlacedLinks", "Result of place_links(): joint positions at which links have given poses.")
       .def_ro("status", &tasks::PlacedLinks::status,
-              "Solved; MaxIterations: no posture inside the limits has the poses; NumericalFailure: those that have them overlap something")
-      .def_ro("q", &tasks::PlacedLinks::q, "the posture that was found, else the nearest to one (n_q)")
-      .def_ro("position", &tasks::PlacedLinks::position, "how far a link is from where it is to be there, at most [m]")
-      .def_ro("angle", &tasks::PlacedLinks::angle, "the same of its orientation [rad]")
-      .def_ro("pair", &tasks::PlacedLinks::pair, "index into Model.pairs of what overlaps most, or -1")
-      .def_ro("depth", &tasks::PlacedLinks::depth, "by how much [m]");
+              "Solved; MaxIterations: no posture within the joint limits has the poses; NumericalFailure: every such posture overlaps "
+              "something")
+      .def_ro("q", &tasks::PlacedLinks::q, "configuration that was found, or the nearest one (n_q)")
+      .def_ro("position", &tasks::PlacedLinks::position, "largest position error of a link at q [m]")
+      .def_ro("angle", &tasks::PlacedLinks::angle, "largest angle error of a link at q [rad]")
+      .def_ro("pair", &tasks::PlacedLinks::pair, "index into Model.pairs of the pair that overlaps most, or -1")
+      .def_ro("depth", &tasks::PlacedLinks::depth, "depth of this overlap [m]");
   const tasks::PlaceLinksOptions standard;
   m.def("place_links", &place_links, "model"_a, "q"_a, "poses"_a, nb::kw_only(), "postures"_a = standard.postures,
         "overlap"_a = standard.overlap,
-        R"(Joints with which links have poses, nearest to those of q, inside their limits and without overlap. Objects stay.
+        R"(Finds joint positions at which links have given poses (inverse kinematics), within the joint limits and without overlap.
 
-  poses: by name of the link ("robot/link", or "link" where one robot has it) its Pose X_WB, or its position (3) alone.
-  postures: that the search starts from; 1 starts from q alone, which is fast, and what a link wants that is dragged: no joint leaps.
-  overlap: postures in which something overlaps are as good as others.
+The result is the posture nearest to q. Objects do not move.
+
+  model: Model with the robot.
+  q: configuration (n_q).
+  poses: for each link, by its name ("robot/link", or "link" if one robot has it), its Pose X_WB, or its position alone (3) [m].
+  postures: number of postures from which the search starts. 1: only q; this is fast, and joints do not jump while a link is dragged.
+  overlap: True: accept postures in which bodies overlap.
+
+Returns a PlacedLinks.
 
     >>> task = st.load_task("iiwa_bimanual_box")
     >>> hand = "left/link_7"

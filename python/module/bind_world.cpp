@@ -170,97 +170,104 @@ void bind_records(nb::module_& m) {
   nb::class_<Pose>(m, "Pose", "Rigid transform X_AB: a point p_B in B is at R p_B + p in A.")
       .def(
           "__init__", [](Pose* self, const Matrix& R, const Vector& p) { new (self) Pose(make_pose(R, p)); }, "R"_a, "p"_a,
-          "R: a rotation (3, 3); p [m] (3)"
-          R"(
+          R"(Makes a pose.
+
+  R: rotation matrix (3, 3).
+  p: position [m] (3).
 
     >>> X_WA = st.Pose([[0, -1, 0], [1, 0, 0], [0, 0, 1]], [1, 0, 0])  # a quarter turn about z
     >>> (X_WA @ st.Pose(np.eye(3), [2, 0, 0])).p
     array([1., 2., 0.]))")
       .def_ro("R", &Pose::R, "rotation (3, 3)")
       .def_ro("p", &Pose::p, "position [m] (3)")
-      .def_prop_ro("quaternion_wxyz", &quaternion_of, "of R, in the order w, x, y, z with w not negative (4)")
+      .def_prop_ro("quaternion_wxyz", &quaternion_of, "quaternion of R in the order w, x, y, z, with w >= 0 (4)")
       .def("__matmul__", [](const Pose& a, const Pose& b) { return a * b; })
-      .def("inverse", &Pose::inverse, "X_BA of X_AB")
+      .def("inverse", &Pose::inverse, "Returns the inverse transform: X_BA for X_AB.")
       .def("__repr__", [](const Pose& X) { return fmt::format("Pose(p=[{:.6g}, {:.6g}, {:.6g}])", X.p[0], X.p[1], X.p[2]); });
-  nb::enum_<world::BodyKind>(m, "BodyKind", "What moves a body.")
-      .value("Fixed", world::BodyKind::Fixed)
-      .value("Object", world::BodyKind::Object)
-      .value("Robot", world::BodyKind::Robot);
-  nb::enum_<world::DofKind>(m, "DofKind", "How a coordinate moves.")
-      .value("Prismatic", world::DofKind::Prismatic)
-      .value("Revolute", world::DofKind::Revolute);
-  nb::class_<world::Body>(m, "Body", "A rigid body: fixed, of an object, or a link of a robot.")
-      .def_ro("name", &world::Body::name)
-      .def_ro("kind", &world::Body::kind)
-      .def_ro("dofs", &world::Body::dofs, "velocity indices that move it");
-  nb::class_<RobotLink>(m, "RobotLink", "A link of a robot, and what it hangs on.")
-      .def_ro("name", &RobotLink::name, "of its body, as robot/link")
-      .def_ro("parent", &RobotLink::parent, "of the body that it hangs on; None: the link stands in the world")
-      .def_ro("moves", &RobotLink::moves, "a joint moves it relative to its parent");
-  nb::class_<world::Geometry>(m, "Geometry", "A shape on a body.")
-      .def_ro("name", &world::Geometry::name)
-      .def_ro("body", &world::Geometry::body)
-      .def_ro("X_BG", &world::Geometry::X_BG)
+  nb::enum_<world::BodyKind>(m, "BodyKind", "Kind of a body.")
+      .value("Fixed", world::BodyKind::Fixed, "the body does not move")
+      .value("Object", world::BodyKind::Object, "the body is an object")
+      .value("Robot", world::BodyKind::Robot, "the body is a link of a robot");
+  nb::enum_<world::DofKind>(m, "DofKind", "Kind of a coordinate: translation or rotation.")
+      .value("Prismatic", world::DofKind::Prismatic, "translation [m]")
+      .value("Revolute", world::DofKind::Revolute, "rotation [rad]");
+  nb::class_<world::Body>(m, "Body", "Rigid body: a fixed body, an object, or a link of a robot.")
+      .def_ro("name", &world::Body::name, "name of the body")
+      .def_ro("kind", &world::Body::kind, "kind of the body")
+      .def_ro("dofs", &world::Body::dofs, "indices of the velocity coordinates that move the body");
+  nb::class_<RobotLink>(m, "RobotLink", "Link of a robot, with the name of its parent.")
+      .def_ro("name", &RobotLink::name, "name of the link, as robot/link")
+      .def_ro("parent", &RobotLink::parent, "name of the parent link; None: the link is attached to the world")
+      .def_ro("moves", &RobotLink::moves, "True: a joint moves the link relative to its parent");
+  nb::class_<world::Geometry>(m, "Geometry", "Collision shape on a body.")
+      .def_ro("name", &world::Geometry::name, "name of the geometry")
+      .def_ro("body", &world::Geometry::body, "index into Model.bodies")
+      .def_ro("X_BG", &world::Geometry::X_BG, "pose of the geometry in the body")
       .def_prop_ro(
           "shape", [](const world::Geometry& g) { return std::visit(ShapeDict{}, g.shape); },
           nb::sig("def shape(self) -> dict[str, object]"),
-          "its `type` and the numbers of that type, as in a plan file (docs/plan_file.md) [m]; arrays for those of a mesh")
-      .def_ro("friction", &world::Geometry::friction)
+          "dict with the `type` of the shape and its dimensions [m], as in a plan file (docs/plan_file.md); a mesh has arrays")
+      .def_ro("friction", &world::Geometry::friction, "friction coefficient of the geometry")
       .def_ro("max_force", &world::Geometry::max_force,
-              "Largest normal force that it bears from one other geometry [N], infinite where there is no limit");
-  nb::class_<world::Pair>(m, "Pair", "Two geometries that may touch, as indices into Model.geometries.")
-      .def_ro("geometry_a", &world::Pair::geometry_a)
-      .def_ro("geometry_b", &world::Pair::geometry_b)
-      .def_ro("friction", &world::Pair::friction)
+              "largest normal force that the geometry bears from one other geometry [N]; infinite: no limit");
+  nb::class_<world::Pair>(m, "Pair", "Two geometries that may touch.")
+      .def_ro("geometry_a", &world::Pair::geometry_a, "index of A in Model.geometries")
+      .def_ro("geometry_b", &world::Pair::geometry_b, "index of B in Model.geometries")
+      .def_ro("friction", &world::Pair::friction, "friction coefficient of the pair")
       .def_ro("torsional", &world::Pair::torsional,
-              "Largest moment about the normal, beside the normal force [m]; 0 where contacts do not resist turning; in simulation only")
-      .def_ro("rolling", &world::Pair::rolling, "The same about the tangents [m]")
-      .def_ro("max_distance", &world::Pair::max_distance, "[m]");
-  nb::class_<world::Dof>(m, "Dof", "A coordinate: of an object, or a joint of a robot.")
-      .def_ro("name", &world::Dof::name)
-      .def_ro("kind", &world::Dof::kind)
-      .def_ro("lower", &world::Dof::lower, "[m or rad]")
-      .def_ro("upper", &world::Dof::upper, "[m or rad]")
-      .def_ro("stiffness", &world::Dof::stiffness, "K_a [N/m or N m/rad], 0 for objects")
-      .def_ro("effort", &world::Dof::effort, "Largest force or torque of the motor [N or N m], infinite where there is no limit")
-      .def_ro("friction", &world::Dof::friction, "Dry friction of a hinge, slider or robot joint [N m or N]; steps know that of objects")
+              "torsional friction: largest moment about the normal divided by the normal force [m]; 0: none. Only simulation uses it")
+      .def_ro("rolling", &world::Pair::rolling,
+              "rolling friction: largest moment about the tangents divided by the normal force [m]. Only simulation uses it")
+      .def_ro("max_distance", &world::Pair::max_distance, "the pair counts as a contact only if it is nearer than this [m]");
+  nb::class_<world::Dof>(m, "Dof", "Velocity coordinate of an object, or joint of a robot.")
+      .def_ro("name", &world::Dof::name, "name of the coordinate")
+      .def_ro("kind", &world::Dof::kind, "translation or rotation")
+      .def_ro("lower", &world::Dof::lower, "lower limit [m or rad]")
+      .def_ro("upper", &world::Dof::upper, "upper limit [m or rad]")
+      .def_ro("stiffness", &world::Dof::stiffness, "stiffness K_a of the joint [N/m or N m/rad]; 0 for objects")
+      .def_ro("effort", &world::Dof::effort, "largest force or torque of the motor [N or N m]; infinite: no limit")
+      .def_ro("friction", &world::Dof::friction,
+              "dry friction of a hinge, slider or robot joint [N m or N]; step() uses it for objects only")
       .def_ro("damping", &world::Dof::damping,
-              "Viscous friction of a hinge, slider or robot joint [N m s/rad or N s/m], in simulation only");
-  nb::class_<world::ObjectInfo>(m, "ObjectInfo", "Where the coordinates of an object stand in q and v.")
-      .def_ro("name", &world::ObjectInfo::name)
-      .def_ro("body", &world::ObjectInfo::body)
-      .def_ro("v_begin", &world::ObjectInfo::v_begin)
-      .def_ro("n_v", &world::ObjectInfo::n_v)
-      .def_ro("q_begin", &world::ObjectInfo::q_begin)
-      .def_ro("n_q", &world::ObjectInfo::n_q)
-      .def_ro("parent", &world::ObjectInfo::parent, "index of the object that it hangs on, or -1")
-      .def_ro("mass", &world::ObjectInfo::mass, "[kg]");
+              "viscous friction of a hinge, slider or robot joint [N m s/rad or N s/m]; only simulation uses it");
+  nb::class_<world::ObjectInfo>(m, "ObjectInfo", "An object, and the indices of its coordinates in q and v.")
+      .def_ro("name", &world::ObjectInfo::name, "name of the object")
+      .def_ro("body", &world::ObjectInfo::body, "index into Model.bodies")
+      .def_ro("v_begin", &world::ObjectInfo::v_begin, "index of its first coordinate in v")
+      .def_ro("n_v", &world::ObjectInfo::n_v, "number of its coordinates in v")
+      .def_ro("q_begin", &world::ObjectInfo::q_begin, "index of its first number in q")
+      .def_ro("n_q", &world::ObjectInfo::n_q, "number of its numbers in q")
+      .def_ro("parent", &world::ObjectInfo::parent, "index of the object that carries it through a joint, or -1")
+      .def_ro("mass", &world::ObjectInfo::mass, "mass [kg]");
   nb::class_<world::Kinematics>(m, "Kinematics", "Poses of all bodies and axes of all coordinates at one configuration.")
-      .def_ro("X_WB", &world::Kinematics::X_WB)
-      .def_ro("axis_W", &world::Kinematics::axis_W, "unit axes (3, n_v)")
-      .def_ro("origin_W", &world::Kinematics::origin_W, "a point on each axis [m] (3, n_v)");
+      .def_ro("X_WB", &world::Kinematics::X_WB, "pose of each body in W")
+      .def_ro("axis_W", &world::Kinematics::axis_W, "unit axis of each coordinate in W (3, n_v)")
+      .def_ro("origin_W", &world::Kinematics::origin_W, "a point on each axis, in W [m] (3, n_v)");
 }
 
 }  // namespace
 
 void bind_world(nb::module_& m) {
   bind_records(m);
-  nb::class_<world::Scene>(m, "Scene", "What there is, as a scene file says.")
-      .def_ro("name", &world::Scene::name)
-      .def_ro("gravity", &world::Scene::gravity, "[m/s^2], acts on objects only")
-      .def_ro("contact_distance", &world::Scene::contact_distance, "[m]")
-      .def_prop_ro("robot_urdfs", &robot_urdfs,
-                   "robot -> its URDF as the file has it now; without what is mounted on it, and without robots of an MJCF");
+  nb::class_<world::Scene>(m, "Scene", "Description of robots, objects and fixed bodies, as in a scene file.")
+      .def_ro("name", &world::Scene::name, "name of the scene")
+      .def_ro("gravity", &world::Scene::gravity, "gravity [m/s^2] (3); it acts on objects only")
+      .def_ro("contact_distance", &world::Scene::contact_distance, "pairs closer than this count as contacts [m]")
+      .def_prop_ro(
+          "robot_urdfs", &robot_urdfs,
+          "text of each robot's URDF file: {robot: text}; without tools that are mounted on the robot, and without robots from MJCF files");
   m.def("load_scene", &scene_of_file, "file"_a,
-        "The scene of a file (YAML, also of a task). Raises InvalidInput: \"FILE:LINE: field: got …\".");
+        "Loads a scene from a YAML file, which may be a task file. Raises InvalidInput: \"FILE:LINE: field: got …\".");
   m.def("load_scene", &scene_of_dict, "scene"_a, nb::kw_only(), "base"_a = nb::none(),
-        "The scene of a dict, with the keys of a file. `urdf` and `mjcf` of a robot are paths, or the URDF or MJCF itself as a str. base: "
-        "the "
-        "folder that paths in it are relative to; None: the working folder. "
-        "Raises InvalidInput: \"field: got …, expected …\".");
+        R"(Makes a scene from a dict with the keys of a scene file.
+
+  scene: dict. The keys `urdf` and `mjcf` of a robot are paths, or the text of the URDF or MJCF itself.
+  base: folder to which paths in the dict are relative. None: the working folder.
+
+Raises InvalidInput with the text "field: got …, expected …".)");
   m.def(
       "load_model", [](const std::filesystem::path& file) { return Model::make(scene_of_file(file)); }, "file"_a,
-      nb::call_guard<nb::gil_scoped_release>(), "Model.make(load_scene(file)).");
+      nb::call_guard<nb::gil_scoped_release>(), "Loads the model of a scene file: Model.make(load_scene(file)).");
   m.def(
       "load_model",
       [](const nb::dict& scene, const std::optional<std::filesystem::path>& base) {
@@ -269,7 +276,7 @@ void bind_world(nb::module_& m) {
         return Model::make(made);
       },
       "scene"_a, nb::kw_only(), "base"_a = nb::none(),
-      "Model.make(load_scene(scene, base=base))."
+      "Makes the model of a scene that is a dict: Model.make(load_scene(scene, base=base))."
       R"(
 
     >>> model = st.load_model({
@@ -286,58 +293,70 @@ void bind_world(nb::module_& m) {
     >>> st.load_model({"robots": [{"name": "cart", "urdf": cart}]}).joint_names
     ['cart/x'])");
 
-  nb::class_<Model>(m, "Model", "Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.")
-      .def_static("make", &Model::make, "scene"_a, "The model of a scene. Raises InvalidInput.")
+  nb::class_<Model>(m, "Model", "Kinematics, actuation, geometry and friction of a scene. A model is immutable, and threads may share it.")
+      .def_static("make", &Model::make, "scene"_a, "Makes the model of a scene. Raises InvalidInput.")
       .def(
           "__reduce__",
           [](const Model& model) {
             return nb::make_tuple(nb::module_::import_("stiction._pickles").attr("make_model"), nb::make_tuple(model.scene()));
           },
           nb::sig("def __reduce__(self) -> tuple"))
-      .def_prop_ro("scene", &Model::scene, nb::rv_policy::reference_internal)
-      .def_prop_ro("n_q", &Model::n_q)
-      .def_prop_ro("n_v", &Model::n_v)
-      .def_prop_ro("n_vu", &Model::n_vu, "velocity coordinates of the objects")
-      .def_prop_ro("n_qu", &Model::n_qu, "configuration numbers of the objects")
-      .def_prop_ro("n_a", &Model::n_a, "actuated joints, the length of u")
-      .def_prop_ro("stiffness", &Model::stiffness, nb::rv_policy::copy, "K_a (n_a) [N/m or N m/rad]")
+      .def_prop_ro("scene", &Model::scene, nb::rv_policy::reference_internal, "scene of the model")
+      .def_prop_ro("n_q", &Model::n_q, "length of a configuration q")
+      .def_prop_ro("n_v", &Model::n_v, "number of velocity coordinates")
+      .def_prop_ro("n_vu", &Model::n_vu, "number of velocity coordinates of the objects")
+      .def_prop_ro("n_qu", &Model::n_qu, "length of the objects' part of q")
+      .def_prop_ro("n_a", &Model::n_a, "number of actuated joints, the length of a command u")
+      .def_prop_ro("stiffness", &Model::stiffness, nb::rv_policy::copy, "stiffness K_a of the joints (n_a) [N/m or N m/rad]")
       .def_prop_ro("effort", &Model::effort, nb::rv_policy::copy,
-                   "Largest forces and torques of the motors (n_a) [N or N m], infinite where there is no limit")
+                   "largest forces and torques of the motors (n_a) [N or N m]; infinite: no limit")
       .def_prop_ro("speed_limit", &Model::speed_limit, nb::rv_policy::copy,
-                   "How fast the joints may be as the URDF says (n_a) [m/s or rad/s], infinite where there is no limit")
-      .def_prop_ro("lower", &Model::lower, nb::rv_policy::copy, "joint limits (n_a) [m or rad]")
-      .def_prop_ro("upper", &Model::upper, nb::rv_policy::copy)
-      .def_prop_ro("reach", &Model::reach, nb::rv_policy::copy, "bound on the lever of each joint (n_a) [m]")
-      .def_prop_ro("joint_names", &joint_names, "as robot/joint, in the order of u")
-      .def_prop_ro("object_names", &object_names)
-      .def_prop_ro("bodies", [](const Model& model) { return list_of(model.bodies()); })
-      .def_prop_ro("links", &links_of, "of all robots, parents first")
-      .def_prop_ro("geometries", [](const Model& model) { return list_of(model.geometries()); })
-      .def_prop_ro("pairs", [](const Model& model) { return list_of(model.pairs()); })
-      .def_prop_ro("dofs", [](const Model& model) { return list_of(model.dofs()); })
-      .def_prop_ro("objects", [](const Model& model) { return list_of(model.objects()); })
+                   "speed limits of the joints from the URDF (n_a) [m/s or rad/s]; infinite: no limit")
+      .def_prop_ro("lower", &Model::lower, nb::rv_policy::copy, "lower joint limits (n_a) [m or rad]")
+      .def_prop_ro("upper", &Model::upper, nb::rv_policy::copy, "upper joint limits (n_a) [m or rad]")
+      .def_prop_ro("reach", &Model::reach, nb::rv_policy::copy, "bound on the lever arm of each joint (n_a) [m]")
+      .def_prop_ro("joint_names", &joint_names, "names of the joints as robot/joint, in the order of u")
+      .def_prop_ro("object_names", &object_names, "names of the objects")
+      .def_prop_ro(
+          "bodies", [](const Model& model) { return list_of(model.bodies()); }, "all bodies")
+      .def_prop_ro("links", &links_of, "links of all robots, parents first")
+      .def_prop_ro(
+          "geometries", [](const Model& model) { return list_of(model.geometries()); }, "all collision shapes")
+      .def_prop_ro(
+          "pairs", [](const Model& model) { return list_of(model.pairs()); }, "pairs of geometries that may touch")
+      .def_prop_ro(
+          "dofs", [](const Model& model) { return list_of(model.dofs()); }, "all velocity coordinates, objects first")
+      .def_prop_ro(
+          "objects", [](const Model& model) { return list_of(model.objects()); }, "all objects")
       .def_prop_ro(
           "notes", [](const Model& model) { return list_of(model.notes()); },
-          "what was taken otherwise than the files say, or chosen where they say nothing")
-      .def_prop_ro("planar_axis", &Model::planar_axis, "axis normal to the plane in which everything moves, or None")
-      .def("neutral", &Model::neutral, "every object at its placed frame, every joint as near to 0 as its limits allow (n_q)")
-      .def("joint_index", &Model::joint_index, "name"_a, "of a joint in u. Raises InvalidInput: no such joint")
-      .def("object_index", &Model::object_index, "name"_a, "of an object in `objects`. Raises InvalidInput: no such object")
+          "remarks, one sentence each: values that differ from the files, or that were chosen because the files do not give them")
+      .def_prop_ro("planar_axis", &Model::planar_axis, "index of the axis normal to the plane in which everything moves, or None")
+      .def("neutral", &Model::neutral,
+           "Returns a configuration (n_q): every object at its placed frame, every joint as near to 0 as its limits allow.")
+      .def("joint_index", &Model::joint_index, "name"_a, "Returns the index of a joint in u. Raises InvalidInput: no such joint.")
+      .def("object_index", &Model::object_index, "name"_a,
+           "Returns the index of an object in `objects`. Raises InvalidInput: no such object.")
       .def("retract", &retract, "q"_a, "delta"_a,
-           "q ⊕ δ: the only way to move (n_q)"
-           R"(
+           R"(Moves a configuration: returns q ⊕ δ (n_q). Use it instead of q + δ, since q contains quaternions.
+
+  q: configuration (n_q).
+  delta: displacement δ in tangent coordinates (n_v) [m, rad].
 
     >>> model = st.load_task("allegro_ball").model
     >>> q = model.neutral()
     >>> delta = np.full(model.n_v, 0.1)
     >>> bool(np.allclose(model.local(q, model.retract(q, delta)), delta))
     True)")
-      .def("local", &local, "q0"_a, "q1"_a, "q1 ⊖ q0 (n_v)")
-      .def("object_pose", &object_pose, "q"_a, "object"_a, "X_WB of a named object")
+      .def("local", &local, "q0"_a, "q1"_a, "Returns the displacement q1 ⊖ q0 from q0 to q1 in tangent coordinates (n_v) [m, rad].")
+      .def("object_pose", &object_pose, "q"_a, "object"_a, "Returns the pose X_WB of a named object at q (n_q).")
       .def("object_poses", &object_poses, "q"_a, "object"_a,
-           "X_WB of a named object at many configurations (N, n_q), as (N, 7): x y z [m], then the quaternion w x y z with w not negative")
-      .def("calc_kinematics", &calc_kinematics, "q"_a, "Poses and axes at q (n_q).")
-      .def("body_poses", &body_poses, "q"_a, "X_WB by name of the body",
+           "Returns the poses X_WB of a named object at many configurations (N, n_q), as (N, 7): x y z [m], then the quaternion w x y z "
+           "with "
+           "w >= 0.")
+      .def("calc_kinematics", &calc_kinematics, "q"_a,
+           "Returns the Kinematics at q (n_q): poses of all bodies and axes of all coordinates.")
+      .def("body_poses", &body_poses, "q"_a, "Returns the poses X_WB of all bodies at q (n_q): {body: pose}.",
            nb::sig("def body_poses(self, q: numpy.typing.ArrayLike) -> dict[str, Pose]"))
       .def("__repr__", [](const Model& model) {
         return fmt::format("<stiction.Model '{}': n_q {}, n_v {}, n_a {}, {} pairs>", model.scene().name, model.n_q(), model.n_v(),

@@ -9,14 +9,15 @@ NB_MODULE(_core, m) {
   nb::set_leak_warnings(
       false);  // what threads of an interrupted program hold is freed with the process, and is no fault of who interrupts it
   m.doc() = "Robot motion through contact.";
-  m.def("version", &stiction::core::version, "of the library, as MAJOR.MINOR.PATCH");
+  m.def("version", &stiction::core::version, "Returns the version of the library as MAJOR.MINOR.PATCH.");
   nb::exception<stiction::core::InvalidInput>(m, "InvalidInput", PyExc_ValueError);
-  nb::enum_<Status>(m, "Status", "Outcome of a numerical procedure; mistakes of the caller are InvalidInput.")
-      .value("Solved", Status::Solved, "the stated tolerance holds")
-      .value("MaxIterations", Status::MaxIterations, "stopped at the iteration, node or time budget; the best result so far is returned")
-      .value("Infeasible", Status::Infeasible, "proved by a certificate")
-      .value("NumericalFailure", Status::NumericalFailure, "arithmetic broke down; results are not to be used")
-      .value("Cancelled", Status::Cancelled, "the caller asked to stop; the best result so far is returned");
+  nb::enum_<Status>(m, "Status", "Outcome of a numerical procedure. Wrong arguments raise InvalidInput instead.")
+      .value("Solved", Status::Solved, "the procedure reached its tolerance or goal")
+      .value("MaxIterations", Status::MaxIterations,
+             "the budget of iterations, nodes or time was used up; the best result so far is returned")
+      .value("Infeasible", Status::Infeasible, "there is no solution, as a certificate proves")
+      .value("NumericalFailure", Status::NumericalFailure, "the computation failed; do not use the results")
+      .value("Cancelled", Status::Cancelled, "the caller stopped the procedure; the best result so far is returned");
   stiction::python::bind_world(m);
   stiction::python::bind_visuals(m);
   stiction::python::bind_dynamics(m);

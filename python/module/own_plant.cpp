@@ -83,20 +83,27 @@ bool OwnPlant::command(execution::VectorRef u, double period) {
 }
 
 void bind_plants(nb::module_& m) {
-  nb::class_<Measurement>(m, "Measurement", "What a plant says of itself.")
+  nb::class_<Measurement>(m, "Measurement", "State of a plant as its sensors measured it: the return value of read().")
       .def(
           "__init__",
           [](Measurement* self, double time, const Vector& q, const Vector& u, std::optional<double> object_time) {
             new (self) Measurement{time, object_time.value_or(time), q.value, u.value};
           },
-          "time"_a, "q"_a, "u"_a, "object_time"_a = nb::none(), "object_time: None: `time`.")
-      .def_ro("time", &Measurement::time, "of the plant's clock, when the joints were measured [s]")
-      .def_ro("object_time", &Measurement::object_time, "... and when the objects were where q has them [s]")
-      .def_ro("q", &Measurement::q, "objects as last seen, joints as measured (n_q)")
+          "time"_a, "q"_a, "u"_a, "object_time"_a = nb::none(),
+          R"(A measurement for run().
+
+  time: time on the clock of the plant at which the joints were measured [s].
+  q: configuration: the objects as last seen, the joints as measured (n_q).
+  u: commands in force (n_a) [rad or m].
+  object_time: time at which the objects were at the poses in q [s], <= time. None: the same as `time`.)")
+      .def_ro("time", &Measurement::time, "time on the clock of the plant at which the joints were measured [s]")
+      .def_ro("object_time", &Measurement::object_time, "time at which the objects were at the poses in q [s]")
+      .def_ro("q", &Measurement::q, "configuration: objects as last seen, joints as measured (n_q)")
       .def_ro("u", &Measurement::u, "commands in force (n_a) [rad or m]");
-  nb::class_<SimulatedPlant>(m, "SimulatedPlant",
-                             "MuJoCo as a plant, at rest in the start of a task, in which what overlaps is moved apart: what stands behind "
-                             "run() where no other does.")
+  nb::class_<SimulatedPlant>(
+      m, "SimulatedPlant",
+      "A simulation in MuJoCo that begins at rest at the start of a task; bodies that overlap there are moved apart. run() uses it if no "
+      "`plant` is given.")
       .def("__init__", &make_simulated, "task"_a)
       .def(
           "read",
@@ -104,14 +111,17 @@ void bind_plants(nb::module_& m) {
             Measurement out;
             return plant.read(out) ? std::optional(out) : std::nullopt;
           },
-          "A Measurement; None: the simulation broke down.")
+          "Returns a Measurement, or None if the simulation has failed.")
       .def(
           "command", [](SimulatedPlant& plant, const Vector& u, double period) { return plant.command(u.value, period); }, "u"_a,
-          "period"_a, nb::call_guard<nb::gil_scoped_release>(), "Commands go straight to u (n_a) within period [s]. False: not taken.")
+          "period"_a, nb::call_guard<nb::gil_scoped_release>(),
+          "Moves the commands linearly to u (n_a) [rad or m] within period [s]. Returns False if the command was not taken.")
       .def("push", &push, "body"_a, "force_W"_a, "p_BP"_a = nb::none(),
-           R"(A force [N] (3) on a body from now on, in place of the one before; zero ends it.
+           R"(Applies a constant force to a body from now on. It replaces the force of the previous call; a zero force ends it.
 
-  p_BP: its point in the frame of the body [m] (3); None: the centre of mass of an object.
+  body: name of the body.
+  force_W: force in the world frame [N] (3).
+  p_BP: point of application in the frame of the body [m] (3). None: the centre of mass; only for objects.
 
     >>> task = st.load_task("planar_pushing")
     >>> plant = st.SimulatedPlant(task)

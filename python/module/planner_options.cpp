@@ -57,25 +57,28 @@ planning::PlannerOptions options_of(const PlannerOptions& base, const OptionsLik
 
 void bind_planner_options(nb::module_& m) {
   nb::class_<PlannerOptions>(m, "PlannerOptions",
-                             "Options of the planner. Each has the name and the value that it has in the section `planner` of a task file "
-                             "(tasks/schema/task.schema.json); dir() lists them.")
+                             "Options of the planner. The attributes have the names and values of the section `planner` of a task file "
+                             "(tasks/schema/task.schema.json). dir() lists them, and planner_schema() explains them.")
       .def(
           "__init__",
           [](PlannerOptions* self, const ModelPtr& model, const nb::kwargs& values) {
             new (self) PlannerOptions(from_dict(model, nb::borrow<nb::dict>(values)));
           },
           "model"_a, "values"_a, nb::sig("def __init__(self, model: Model, **values: object) -> None"),
-          "Defaults, and what differs from them. Raises InvalidInput: unknown names, values that cannot be.")
+          "Options for a model: the defaults, changed by the keyword arguments. Raises InvalidInput: an unknown name, or a value out of "
+          "range.")
       .def(
           "replace", [](const PlannerOptions& self, const nb::kwargs& changes) { return replace(self, nb::borrow<nb::dict>(changes)); },
           "changes"_a, nb::sig("def replace(self, **changes: object) -> PlannerOptions"),
-          "These options with others; each one is replaced as a whole, None stands for its default. Raises InvalidInput."
+          "Returns a copy of these options with the given changes. A change replaces the whole value of an option; None restores its "
+          "default. "
+          "Raises InvalidInput."
           R"(
 
     >>> options = st.load_task("planar_pushing").options
     >>> options.replace(goal_bias=0.25).goal_bias
     0.25)")
-      .def("to_dict", &to_dict, "every option by its name", nb::sig("def to_dict(self) -> dict[str, object]"))
+      .def("to_dict", &to_dict, "Returns all options as a dict from name to value.", nb::sig("def to_dict(self) -> dict[str, object]"))
       .def(
           "__getattr__",
           [](const PlannerOptions& self, const std::string& name) -> nb::object {
@@ -101,7 +104,7 @@ void bind_planner_options(nb::module_& m) {
   m.def(
       "planner_schema", [] { return nb::module_::import_("json").attr("loads")(tasks::planner_schema_json()); },
       nb::sig("def planner_schema() -> dict[str, object]"),
-      "JSON schema of the section `planner` of a task file: every option with what it is, its unit and its range."
+      "Returns the JSON schema of the section `planner` of a task file. It gives the meaning, unit and range of every option."
       R"(
 
     >>> "goal_bias" in st.planner_schema()["properties"]

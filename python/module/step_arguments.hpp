@@ -24,17 +24,17 @@ void def_with_step_options(nb::module_& m, const char* name, R (*function)(const
 Arguments of the step:
   h: time step [s], > 0.
   smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
-  regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+  regularisation: regularisation of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), where 1 is the true mass.
   friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
-  friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+  friction_law: law of exact steps. Anitescu: a sliding contact opens by mu |J_t dq|. Coulomb: a sliding contact stays closed (S.14).
   friction_scale: factor of every coefficient of friction, >= 0.
-  contact_margin: added to the contact distance of the scene [m], >= 0.
-  joint_limits: limits of the joints are constraints.
-  effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
-  tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
-  kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+  contact_margin: distance that is added to the contact distance of the scene [m], >= 0.
+  joint_limits: True: the joint limits are constraints of the step.
+  effort_limits: True: a joint pushes with Model.effort at most (S.15). False: the spring forces have no limit.
+  tol_complementarity: largest |v lambda| of a contact, divided by 5 L F h with the scales L and F of docs/theory/scales.md [-], in [1e-12, 1e-2].
+  kappa, epsilon: deprecated; use smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
-Raises InvalidInput by the name of the argument.)";
+Raises InvalidInput, which names the argument.)";
   m.def(
       name,
       [function](Head... head, double h, const dynamics::Smoothing& smoothing, const dynamics::Regularisation& regularisation,

@@ -12,39 +12,42 @@ from numpy.typing import NDArray
 
 
 def version() -> str:
-    """of the library, as MAJOR.MINOR.PATCH"""
+    """Returns the version of the library as MAJOR.MINOR.PATCH."""
 
 class InvalidInput(ValueError):
     pass
 
 class Status(enum.Enum):
     """
-    Outcome of a numerical procedure; mistakes of the caller are InvalidInput.
+    Outcome of a numerical procedure. Wrong arguments raise InvalidInput instead.
     """
 
     Solved = 0
-    """the stated tolerance holds"""
+    """the procedure reached its tolerance or goal"""
 
     MaxIterations = 1
     """
-    stopped at the iteration, node or time budget; the best result so far is returned
+    the budget of iterations, nodes or time was used up; the best result so far is returned
     """
 
     Infeasible = 2
-    """proved by a certificate"""
+    """there is no solution, as a certificate proves"""
 
     NumericalFailure = 3
-    """arithmetic broke down; results are not to be used"""
+    """the computation failed; do not use the results"""
 
     Cancelled = 4
-    """the caller asked to stop; the best result so far is returned"""
+    """the caller stopped the procedure; the best result so far is returned"""
 
 class Pose:
     """Rigid transform X_AB: a point p_B in B is at R p_B + p in A."""
 
     def __init__(self, R: numpy.typing.ArrayLike, p: numpy.typing.ArrayLike) -> None:
         """
-        R: a rotation (3, 3); p [m] (3)
+        Makes a pose.
+
+          R: rotation matrix (3, 3).
+          p: position [m] (3).
 
             >>> X_WA = st.Pose([[0, -1, 0], [1, 0, 0], [0, 0, 1]], [1, 0, 0])  # a quarter turn about z
             >>> (X_WA @ st.Pose(np.eye(3), [2, 0, 0])).p
@@ -61,12 +64,12 @@ class Pose:
 
     @property
     def quaternion_wxyz(self) -> Annotated[NDArray[numpy.float64], dict(shape=(4), order='C')]:
-        """of R, in the order w, x, y, z with w not negative (4)"""
+        """quaternion of R in the order w, x, y, z, with w >= 0 (4)"""
 
     def __matmul__(self, arg: Pose, /) -> Pose: ...
 
     def inverse(self) -> Pose:
-        """X_BA of X_AB"""
+        """Returns the inverse transform: X_BA for X_AB."""
 
     def __repr__(self) -> str: ...
 
@@ -75,82 +78,93 @@ class Pose:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class BodyKind(enum.Enum):
-    """What moves a body."""
+    """Kind of a body."""
 
     Fixed = 0
+    """the body does not move"""
 
     Object = 1
+    """the body is an object"""
 
     Robot = 2
+    """the body is a link of a robot"""
 
 class DofKind(enum.Enum):
-    """How a coordinate moves."""
+    """Kind of a coordinate: translation or rotation."""
 
     Prismatic = 0
+    """translation [m]"""
 
     Revolute = 1
+    """rotation [rad]"""
 
 class Body:
-    """A rigid body: fixed, of an object, or a link of a robot."""
+    """Rigid body: a fixed body, an object, or a link of a robot."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the body"""
 
     @property
-    def kind(self) -> BodyKind: ...
+    def kind(self) -> BodyKind:
+        """kind of the body"""
 
     @property
     def dofs(self) -> list[int]:
-        """velocity indices that move it"""
+        """indices of the velocity coordinates that move the body"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class RobotLink:
-    """A link of a robot, and what it hangs on."""
+    """Link of a robot, with the name of its parent."""
 
     @property
     def name(self) -> str:
-        """of its body, as robot/link"""
+        """name of the link, as robot/link"""
 
     @property
     def parent(self) -> str | None:
-        """of the body that it hangs on; None: the link stands in the world"""
+        """name of the parent link; None: the link is attached to the world"""
 
     @property
     def moves(self) -> bool:
-        """a joint moves it relative to its parent"""
+        """True: a joint moves the link relative to its parent"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Geometry:
-    """A shape on a body."""
+    """Collision shape on a body."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the geometry"""
 
     @property
-    def body(self) -> int: ...
+    def body(self) -> int:
+        """index into Model.bodies"""
 
     @property
-    def X_BG(self) -> Pose: ...
+    def X_BG(self) -> Pose:
+        """pose of the geometry in the body"""
 
     @property
     def shape(self) -> dict[str, object]:
         """
-        its `type` and the numbers of that type, as in a plan file (docs/plan_file.md) [m]; arrays for those of a mesh
+        dict with the `type` of the shape and its dimensions [m], as in a plan file (docs/plan_file.md); a mesh has arrays
         """
 
     @property
-    def friction(self) -> float: ...
+    def friction(self) -> float:
+        """friction coefficient of the geometry"""
 
     @property
     def max_force(self) -> float:
         """
-        Largest normal force that it bears from one other geometry [N], infinite where there is no limit
+        largest normal force that the geometry bears from one other geometry [N]; infinite: no limit
         """
 
     def __getstate__(self) -> tuple: ...
@@ -158,72 +172,77 @@ class Geometry:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Pair:
-    """Two geometries that may touch, as indices into Model.geometries."""
+    """Two geometries that may touch."""
 
     @property
-    def geometry_a(self) -> int: ...
+    def geometry_a(self) -> int:
+        """index of A in Model.geometries"""
 
     @property
-    def geometry_b(self) -> int: ...
+    def geometry_b(self) -> int:
+        """index of B in Model.geometries"""
 
     @property
-    def friction(self) -> float: ...
+    def friction(self) -> float:
+        """friction coefficient of the pair"""
 
     @property
     def torsional(self) -> float:
         """
-        Largest moment about the normal, beside the normal force [m]; 0 where contacts do not resist turning; in simulation only
+        torsional friction: largest moment about the normal divided by the normal force [m]; 0: none. Only simulation uses it
         """
 
     @property
     def rolling(self) -> float:
-        """The same about the tangents [m]"""
+        """
+        rolling friction: largest moment about the tangents divided by the normal force [m]. Only simulation uses it
+        """
 
     @property
     def max_distance(self) -> float:
-        """[m]"""
+        """the pair counts as a contact only if it is nearer than this [m]"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Dof:
-    """A coordinate: of an object, or a joint of a robot."""
+    """Velocity coordinate of an object, or joint of a robot."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the coordinate"""
 
     @property
-    def kind(self) -> DofKind: ...
+    def kind(self) -> DofKind:
+        """translation or rotation"""
 
     @property
     def lower(self) -> float:
-        """[m or rad]"""
+        """lower limit [m or rad]"""
 
     @property
     def upper(self) -> float:
-        """[m or rad]"""
+        """upper limit [m or rad]"""
 
     @property
     def stiffness(self) -> float:
-        """K_a [N/m or N m/rad], 0 for objects"""
+        """stiffness K_a of the joint [N/m or N m/rad]; 0 for objects"""
 
     @property
     def effort(self) -> float:
-        """
-        Largest force or torque of the motor [N or N m], infinite where there is no limit
-        """
+        """largest force or torque of the motor [N or N m]; infinite: no limit"""
 
     @property
     def friction(self) -> float:
         """
-        Dry friction of a hinge, slider or robot joint [N m or N]; steps know that of objects
+        dry friction of a hinge, slider or robot joint [N m or N]; step() uses it for objects only
         """
 
     @property
     def damping(self) -> float:
         """
-        Viscous friction of a hinge, slider or robot joint [N m s/rad or N s/m], in simulation only
+        viscous friction of a hinge, slider or robot joint [N m s/rad or N s/m]; only simulation uses it
         """
 
     def __getstate__(self) -> tuple: ...
@@ -231,33 +250,39 @@ class Dof:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class ObjectInfo:
-    """Where the coordinates of an object stand in q and v."""
+    """An object, and the indices of its coordinates in q and v."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the object"""
 
     @property
-    def body(self) -> int: ...
+    def body(self) -> int:
+        """index into Model.bodies"""
 
     @property
-    def v_begin(self) -> int: ...
+    def v_begin(self) -> int:
+        """index of its first coordinate in v"""
 
     @property
-    def n_v(self) -> int: ...
+    def n_v(self) -> int:
+        """number of its coordinates in v"""
 
     @property
-    def q_begin(self) -> int: ...
+    def q_begin(self) -> int:
+        """index of its first number in q"""
 
     @property
-    def n_q(self) -> int: ...
+    def n_q(self) -> int:
+        """number of its numbers in q"""
 
     @property
     def parent(self) -> int:
-        """index of the object that it hangs on, or -1"""
+        """index of the object that carries it through a joint, or -1"""
 
     @property
     def mass(self) -> float:
-        """[kg]"""
+        """mass [kg]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -267,38 +292,40 @@ class Kinematics:
     """Poses of all bodies and axes of all coordinates at one configuration."""
 
     @property
-    def X_WB(self) -> list[Pose]: ...
+    def X_WB(self) -> list[Pose]:
+        """pose of each body in W"""
 
     @property
     def axis_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3, None), order='F')]:
-        """unit axes (3, n_v)"""
+        """unit axis of each coordinate in W (3, n_v)"""
 
     @property
     def origin_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3, None), order='F')]:
-        """a point on each axis [m] (3, n_v)"""
+        """a point on each axis, in W [m] (3, n_v)"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Scene:
-    """What there is, as a scene file says."""
+    """Description of robots, objects and fixed bodies, as in a scene file."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the scene"""
 
     @property
     def gravity(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[m/s^2], acts on objects only"""
+        """gravity [m/s^2] (3); it acts on objects only"""
 
     @property
     def contact_distance(self) -> float:
-        """[m]"""
+        """pairs closer than this count as contacts [m]"""
 
     @property
     def robot_urdfs(self) -> dict[str, str]:
         """
-        robot -> its URDF as the file has it now; without what is mounted on it, and without robots of an MJCF
+        text of each robot's URDF file: {robot: text}; without tools that are mounted on the robot, and without robots from MJCF files
         """
 
     def __getstate__(self) -> tuple: ...
@@ -308,23 +335,28 @@ class Scene:
 @overload
 def load_scene(file: str | os.PathLike) -> Scene:
     """
-    The scene of a file (YAML, also of a task). Raises InvalidInput: "FILE:LINE: field: got …".
+    Loads a scene from a YAML file, which may be a task file. Raises InvalidInput: "FILE:LINE: field: got …".
     """
 
 @overload
 def load_scene(scene: dict, *, base: str | os.PathLike | None = None) -> Scene:
     """
-    The scene of a dict, with the keys of a file. `urdf` and `mjcf` of a robot are paths, or the URDF or MJCF itself as a str. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
+    Makes a scene from a dict with the keys of a scene file.
+
+      scene: dict. The keys `urdf` and `mjcf` of a robot are paths, or the text of the URDF or MJCF itself.
+      base: folder to which paths in the dict are relative. None: the working folder.
+
+    Raises InvalidInput with the text "field: got …, expected …".
     """
 
 @overload
 def load_model(file: str | os.PathLike) -> Model:
-    """Model.make(load_scene(file))."""
+    """Loads the model of a scene file: Model.make(load_scene(file))."""
 
 @overload
 def load_model(scene: dict, *, base: str | os.PathLike | None = None) -> Model:
     """
-    Model.make(load_scene(scene, base=base)).
+    Makes the model of a scene that is a dict: Model.make(load_scene(scene, base=base)).
 
         >>> model = st.load_model({
         ...     "gravity": [0, 0, -9.81],
@@ -343,113 +375,130 @@ def load_model(scene: dict, *, base: str | os.PathLike | None = None) -> Model:
 
 class Model:
     """
-    Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.
+    Kinematics, actuation, geometry and friction of a scene. A model is immutable, and threads may share it.
     """
 
     @staticmethod
     def make(scene: Scene) -> Model:
-        """The model of a scene. Raises InvalidInput."""
+        """Makes the model of a scene. Raises InvalidInput."""
 
     def __reduce__(self) -> tuple: ...
 
     @property
-    def scene(self) -> Scene: ...
+    def scene(self) -> Scene:
+        """scene of the model"""
 
     @property
-    def n_q(self) -> int: ...
+    def n_q(self) -> int:
+        """length of a configuration q"""
 
     @property
-    def n_v(self) -> int: ...
+    def n_v(self) -> int:
+        """number of velocity coordinates"""
 
     @property
     def n_vu(self) -> int:
-        """velocity coordinates of the objects"""
+        """number of velocity coordinates of the objects"""
 
     @property
     def n_qu(self) -> int:
-        """configuration numbers of the objects"""
+        """length of the objects' part of q"""
 
     @property
     def n_a(self) -> int:
-        """actuated joints, the length of u"""
+        """number of actuated joints, the length of a command u"""
 
     @property
     def stiffness(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """K_a (n_a) [N/m or N m/rad]"""
+        """stiffness K_a of the joints (n_a) [N/m or N m/rad]"""
 
     @property
     def effort(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        Largest forces and torques of the motors (n_a) [N or N m], infinite where there is no limit
+        largest forces and torques of the motors (n_a) [N or N m]; infinite: no limit
         """
 
     @property
     def speed_limit(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        How fast the joints may be as the URDF says (n_a) [m/s or rad/s], infinite where there is no limit
+        speed limits of the joints from the URDF (n_a) [m/s or rad/s]; infinite: no limit
         """
 
     @property
     def lower(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """joint limits (n_a) [m or rad]"""
+        """lower joint limits (n_a) [m or rad]"""
 
     @property
-    def upper(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def upper(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """upper joint limits (n_a) [m or rad]"""
 
     @property
     def reach(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """bound on the lever of each joint (n_a) [m]"""
+        """bound on the lever arm of each joint (n_a) [m]"""
 
     @property
     def joint_names(self) -> list[str]:
-        """as robot/joint, in the order of u"""
+        """names of the joints as robot/joint, in the order of u"""
 
     @property
-    def object_names(self) -> list[str]: ...
+    def object_names(self) -> list[str]:
+        """names of the objects"""
 
     @property
-    def bodies(self) -> list[Body]: ...
+    def bodies(self) -> list[Body]:
+        """all bodies"""
 
     @property
     def links(self) -> list[RobotLink]:
-        """of all robots, parents first"""
+        """links of all robots, parents first"""
 
     @property
-    def geometries(self) -> list[Geometry]: ...
+    def geometries(self) -> list[Geometry]:
+        """all collision shapes"""
 
     @property
-    def pairs(self) -> list[Pair]: ...
+    def pairs(self) -> list[Pair]:
+        """pairs of geometries that may touch"""
 
     @property
-    def dofs(self) -> list[Dof]: ...
+    def dofs(self) -> list[Dof]:
+        """all velocity coordinates, objects first"""
 
     @property
-    def objects(self) -> list[ObjectInfo]: ...
+    def objects(self) -> list[ObjectInfo]:
+        """all objects"""
 
     @property
     def notes(self) -> list[str]:
         """
-        what was taken otherwise than the files say, or chosen where they say nothing
+        remarks, one sentence each: values that differ from the files, or that were chosen because the files do not give them
         """
 
     @property
     def planar_axis(self) -> int | None:
-        """axis normal to the plane in which everything moves, or None"""
+        """
+        index of the axis normal to the plane in which everything moves, or None
+        """
 
     def neutral(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        every object at its placed frame, every joint as near to 0 as its limits allow (n_q)
+        Returns a configuration (n_q): every object at its placed frame, every joint as near to 0 as its limits allow.
         """
 
     def joint_index(self, name: str) -> int:
-        """of a joint in u. Raises InvalidInput: no such joint"""
+        """Returns the index of a joint in u. Raises InvalidInput: no such joint."""
 
     def object_index(self, name: str) -> int:
-        """of an object in `objects`. Raises InvalidInput: no such object"""
+        """
+        Returns the index of an object in `objects`. Raises InvalidInput: no such object.
+        """
 
     def retract(self, q: numpy.typing.ArrayLike, delta: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        q ⊕ δ: the only way to move (n_q)
+        Moves a configuration: returns q ⊕ δ (n_q). Use it instead of q + δ, since q contains quaternions.
+
+          q: configuration (n_q).
+          delta: displacement δ in tangent coordinates (n_v) [m, rad].
 
             >>> model = st.load_task("allegro_ball").model
             >>> q = model.neutral()
@@ -459,21 +508,25 @@ class Model:
         """
 
     def local(self, q0: numpy.typing.ArrayLike, q1: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """q1 ⊖ q0 (n_v)"""
+        """
+        Returns the displacement q1 ⊖ q0 from q0 to q1 in tangent coordinates (n_v) [m, rad].
+        """
 
     def object_pose(self, q: numpy.typing.ArrayLike, object: str) -> Pose:
-        """X_WB of a named object"""
+        """Returns the pose X_WB of a named object at q (n_q)."""
 
     def object_poses(self, q: numpy.typing.ArrayLike, object: str) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
         """
-        X_WB of a named object at many configurations (N, n_q), as (N, 7): x y z [m], then the quaternion w x y z with w not negative
+        Returns the poses X_WB of a named object at many configurations (N, n_q), as (N, 7): x y z [m], then the quaternion w x y z with w >= 0.
         """
 
     def calc_kinematics(self, q: numpy.typing.ArrayLike) -> Kinematics:
-        """Poses and axes at q (n_q)."""
+        """
+        Returns the Kinematics at q (n_q): poses of all bodies and axes of all coordinates.
+        """
 
     def body_poses(self, q: numpy.typing.ArrayLike) -> dict[str, Pose]:
-        """X_WB by name of the body"""
+        """Returns the poses X_WB of all bodies at q (n_q): {body: pose}."""
 
     def __repr__(self) -> str: ...
 
@@ -482,43 +535,46 @@ class Model:
     def __deepcopy__(self, memo: object, /) -> Self: ...
 
 class Visual:
-    """What is seen of a body."""
+    """Visual shape or mesh of a body."""
 
     @property
-    def body(self) -> int: ...
+    def body(self) -> int:
+        """index into Model.bodies"""
 
     @property
-    def X_BV(self) -> Pose: ...
+    def X_BV(self) -> Pose:
+        """pose of the visual in the body"""
 
     @property
     def shape(self) -> dict[str, object] | None:
-        """as Geometry.shape; None: a mesh"""
+        """shape, as in Geometry.shape; None: the visual is a mesh"""
 
     @property
     def mesh(self) -> int | None:
-        """index into Visuals.meshes; None: a shape"""
+        """index into Visuals.meshes; None: the visual is a shape"""
 
     @property
     def color(self) -> Annotated[NDArray[numpy.float64], dict(shape=(4), order='C')]:
-        """red, green, blue, opacity in [0, 1]"""
+        """red, green, blue and opacity in [0, 1]"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Visuals:
-    """Pictures of a scene, as its files show it."""
+    """Visual shapes and meshes of a scene."""
 
     @property
-    def visuals(self) -> list[Visual]: ...
+    def visuals(self) -> list[Visual]:
+        """visuals of all bodies"""
 
     @property
     def meshes(self) -> list[tuple[Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C')], Annotated[NDArray[numpy.int32], dict(shape=(None, 3), order='C')]]]:
-        """vertices (n, 3) [m] and triangles (m, 3) of each"""
+        """vertices (n, 3) [m] and triangles (m, 3) of each mesh"""
 
     @property
     def notes(self) -> list[str]:
-        """what is left out, one sentence each"""
+        """remarks on elements that were left out, one sentence each"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -526,37 +582,41 @@ class Visuals:
 
 def read_visuals(model: Model) -> Visuals:
     """
-    Pictures of links and objects as the files of the robots show them: <visual> elements of a URDF, visible geoms of an MJCF. What cannot be read is left out with a note. Bodies that no file shows have none: their geometries stand for them.
+    Reads the visual shapes and meshes of links and objects: <visual> elements of a URDF, and visible geoms of an MJCF.
+
+    Elements that cannot be read are left out, with a remark in `notes`. A body without visuals in its file has none; draw its geometries.
     """
 
 class PlacedLinks:
-    """Joints with which links have poses."""
+    """
+    Result of place_links(): joint positions at which links have given poses.
+    """
 
     @property
     def status(self) -> Status:
         """
-        Solved; MaxIterations: no posture inside the limits has the poses; NumericalFailure: those that have them overlap something
+        Solved; MaxIterations: no posture within the joint limits has the poses; NumericalFailure: every such posture overlaps something
         """
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """the posture that was found, else the nearest to one (n_q)"""
+        """configuration that was found, or the nearest one (n_q)"""
 
     @property
     def position(self) -> float:
-        """how far a link is from where it is to be there, at most [m]"""
+        """largest position error of a link at q [m]"""
 
     @property
     def angle(self) -> float:
-        """the same of its orientation [rad]"""
+        """largest angle error of a link at q [rad]"""
 
     @property
     def pair(self) -> int:
-        """index into Model.pairs of what overlaps most, or -1"""
+        """index into Model.pairs of the pair that overlaps most, or -1"""
 
     @property
     def depth(self) -> float:
-        """by how much [m]"""
+        """depth of this overlap [m]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -564,11 +624,17 @@ class PlacedLinks:
 
 def place_links(model: Model, q: numpy.typing.ArrayLike, poses: Mapping[str, Pose | numpy.typing.ArrayLike], *, postures: int = 96, overlap: bool = False) -> PlacedLinks:
     """
-    Joints with which links have poses, nearest to those of q, inside their limits and without overlap. Objects stay.
+    Finds joint positions at which links have given poses (inverse kinematics), within the joint limits and without overlap.
 
-      poses: by name of the link ("robot/link", or "link" where one robot has it) its Pose X_WB, or its position (3) alone.
-      postures: that the search starts from; 1 starts from q alone, which is fast, and what a link wants that is dragged: no joint leaps.
-      overlap: postures in which something overlaps are as good as others.
+    The result is the posture nearest to q. Objects do not move.
+
+      model: Model with the robot.
+      q: configuration (n_q).
+      poses: for each link, by its name ("robot/link", or "link" if one robot has it), its Pose X_WB, or its position alone (3) [m].
+      postures: number of postures from which the search starts. 1: only q; this is fast, and joints do not jump while a link is dragged.
+      overlap: True: accept postures in which bodies overlap.
+
+    Returns a PlacedLinks.
 
         >>> task = st.load_task("iiwa_bimanual_box")
         >>> hand = "left/link_7"
@@ -580,15 +646,16 @@ def place_links(model: Model, q: numpy.typing.ArrayLike, poses: Mapping[str, Pos
 
 class ContactImpulse:
     """
-    One contact of a step; the impulse acts on geometry a, its opposite on b.
+    One contact of a step. Its impulse acts on geometry a, and the opposite impulse on geometry b.
     """
 
     @property
     def a(self) -> str:
-        """name, as body/geometry"""
+        """name of the first geometry, as body/geometry"""
 
     @property
-    def b(self) -> str: ...
+    def b(self) -> str:
+        """name of the second geometry"""
 
     @property
     def pair(self) -> int:
@@ -596,7 +663,7 @@ class ContactImpulse:
 
     @property
     def id(self) -> int:
-        """stable over time"""
+        """number of the contact, the same from step to step"""
 
     @property
     def phi(self) -> float:
@@ -604,58 +671,64 @@ class ContactImpulse:
 
     @property
     def p_WA(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[m]"""
+        """closest point on a, in W [m] (3)"""
 
     @property
     def p_WB(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[m]"""
+        """closest point on b, in W [m] (3)"""
 
     @property
     def nhat_BA_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """unit normal from b to a"""
+        """unit normal from b to a, in W (3)"""
 
     @property
-    def t1_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]: ...
+    def t1_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """first unit tangent, in W (3)"""
 
     @property
-    def t2_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]: ...
+    def t2_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """second unit tangent, in W (3)"""
 
     @property
-    def friction(self) -> float: ...
+    def friction(self) -> float:
+        """friction coefficient"""
 
     @property
     def lambda_(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """impulse (n, t1, t2) [N s]"""
+        """impulse along (n, t1, t2) [N s] (3)"""
 
     @property
     def force(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """force (n, t1, t2) [N]"""
+        """force along (n, t1, t2) [N] (3)"""
 
     @property
     def force_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[N]"""
+        """force in W [N] (3)"""
 
     @property
     def displacement(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """J_c δq in (n, t1, t2) [m]"""
+        """displacement of a relative to b, J_c δq, along (n, t1, t2) [m] (3)"""
 
     @property
     def gap(self) -> float:
-        """slack of the row, φ + J_n δq - μ‖J_t δq‖ [m]"""
+        """slack of the contact constraint, φ + J_n δq - μ‖J_t δq‖ [m]"""
 
     @property
-    def active(self) -> bool: ...
+    def active(self) -> bool:
+        """True: the contact carries a force that counts"""
 
     @property
     def slide(self) -> float:
-        """‖J_t δq‖ [m]"""
+        """sliding distance ‖J_t δq‖ [m]"""
 
     @property
     def anitescu_gap(self) -> float:
-        """φ + J_n δq [m]"""
+        """distance after the step, φ + J_n δq [m]"""
 
     def calc_wrench(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """force on a and its moment about the world origin, in W [N, N m] (6)"""
+        """
+        Returns the force on a and its moment about the world origin, in W [N, N m] (6).
+        """
 
     def __repr__(self) -> str: ...
 
@@ -664,54 +737,63 @@ class ContactImpulse:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Residuals:
-    """How far a solution is from the conditions of optimality."""
+    """Residuals of the optimality conditions of a step."""
 
     @property
-    def stationarity(self) -> float: ...
+    def stationarity(self) -> float:
+        """residual of the force balance, relative"""
 
     @property
-    def primal(self) -> float: ...
+    def primal(self) -> float:
+        """residual of the constraint slacks, relative"""
 
     @property
-    def complementarity(self) -> float: ...
+    def complementarity(self) -> float:
+        """largest violation of complementarity"""
 
     @property
-    def cone(self) -> float: ...
+    def cone(self) -> float:
+        """largest distance by which a slack or an impulse leaves its cone"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class StepResult:
-    """What a step came to."""
+    """
+    Result of step(): the next configuration, the contacts, and derivatives if asked for.
+    """
 
     @property
     def status(self) -> Status: ...
 
     @property
     def q_next(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_q)"""
+        """next configuration (n_q)"""
 
     @property
     def delta(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """δq (n_v)"""
+        """displacement δq in tangent coordinates (n_v) [m, rad]"""
 
     @property
     def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the springs (n_a), within Model.effort with effort_limits [N m, N]"""
+        """
+        torques of the joint springs (n_a) [N m, N]; at most Model.effort if effort_limits is set
+        """
 
     @property
     def joint_friction(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        of hinges and sliders on their coordinates (n_vu), empty where none has any [N m, N]
+        friction torques of the objects' hinges and sliders (n_vu) [N m, N]; empty if no joint has friction
         """
 
     @property
     def saturated(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')]:
-        """joints whose motor gives all it has (n_a)"""
+        """True for each joint whose motor is at its effort limit (n_a)"""
 
     @property
-    def contacts(self) -> list[ContactImpulse]: ...
+    def contacts(self) -> list[ContactImpulse]:
+        """contacts of the step (n_c)"""
 
     @property
     def phi(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
@@ -719,45 +801,51 @@ class StepResult:
 
     @property
     def gap(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """[m] (n_c)"""
+        """slacks of the contact constraints [m] (n_c)"""
 
     @property
     def active(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')]:
-        """(n_c)"""
+        """True for each contact that carries a force (n_c)"""
 
     @property
     def lambda_(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """impulses [N s] (n_c, 3)"""
+        """impulses along (n, t1, t2) [N s] (n_c, 3)"""
 
     @property
     def A(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')] | None:
-        """D_qnext_q (n_v, n_v), None unless asked for"""
+        """derivative of q_next by q (n_v, n_v); None unless with_A was set"""
 
     @property
     def B(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')] | None:
-        """D_qnext_u (n_v, n_a), None unless asked for"""
+        """derivative of q_next by u (n_v, n_a); None unless with_B was set"""
 
     @property
     def D_lambda_q(self) -> list[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]] | None:
-        """per contact (3, n_v)"""
+        """
+        derivative of each impulse by q, a list of (3, n_v); None unless with_force_derivatives and with_A were set
+        """
 
     @property
     def D_lambda_u(self) -> list[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]] | None:
-        """per contact (3, n_a)"""
+        """
+        derivative of each impulse by u, a list of (3, n_a); None unless with_force_derivatives and with_B were set
+        """
 
     @property
     def epsilon(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """regularisation used per object"""
+        """regularisation that was used for each object"""
 
     @property
-    def residuals(self) -> Residuals: ...
+    def residuals(self) -> Residuals:
+        """residuals of the optimality conditions"""
 
     @property
-    def iterations(self) -> int: ...
+    def iterations(self) -> int:
+        """number of solver iterations"""
 
     @property
     def h(self) -> float:
-        """[s]"""
+        """time step [s]"""
 
     def __repr__(self) -> str: ...
 
@@ -766,72 +854,78 @@ class StepResult:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class LocalModel:
-    """q_next(q ⊕ δq, u + δu) ≈ c ⊕ (A δq + B δu)."""
+    """Linear model of a step: q_next(q ⊕ δq, u + δu) ≈ c ⊕ (A δq + B δu)."""
 
     @property
     def status(self) -> Status: ...
 
     @property
-    def c(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def c(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """next configuration, smoothed by the scheme (n_q)"""
 
     @property
     def A(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')] | None:
-        """None unless asked for"""
+        """derivative by q (n_v, n_v); None unless with_A was set"""
 
     @property
-    def B(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]: ...
+    def B(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """derivative by u (n_v, n_a)"""
 
     @property
     def failed(self) -> int:
-        """samples whose step had no solution"""
+        """number of samples whose step had no solution; they are left out"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Knot:
-    """State after one sub-step."""
+    """State after one sub-step of rollout()."""
 
     @property
-    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """command (n_a) [m or rad]"""
 
     @property
-    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """configuration (n_q)"""
 
     @property
     def contacts(self) -> list[ContactImpulse]:
-        """the active ones"""
+        """active contacts"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class RolloutResult:
-    """Sub-steps of one motion of the command."""
+    """Result of rollout(): the states after its sub-steps."""
 
     @property
     def status(self) -> Status: ...
 
     @property
-    def knots(self) -> list[Knot]: ...
+    def knots(self) -> list[Knot]:
+        """states after the sub-steps"""
 
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """number of steps that were computed"""
 
     @property
     def max_slide(self) -> float:
-        """[m]"""
+        """largest mu * slip of an active contact in a sub-step [m]"""
 
     @property
     def min_phi(self) -> float:
-        """[m]"""
+        """smallest signed distance [m]; negative: penetration"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Exact:
-    """The contact dynamics themselves (2.6)."""
+    """Contact dynamics without smoothing (2.6)."""
 
     def __init__(self) -> None: ...
 
@@ -843,19 +937,25 @@ class Exact:
 
 class Analytic:
     """
-    Smoothed by a log barrier of weight kappa [1/J], > 0 (2.27); contacts between robots and joint limits by factors of it.
+    Contact dynamics that are smoothed by a log barrier (2.27).
+
+    kappa is the weight of the barrier [1/J], > 0; larger values are closer to Exact. Contacts among robot parts and fixed bodies have the
+    weight self_sharpness * kappa, and joint limits have limit_sharpness * kappa.
     """
 
     def __init__(self, *, kappa: float = 100.0, self_sharpness: float = 10.0, limit_sharpness: float = 10.0) -> None: ...
 
     @property
-    def kappa(self) -> float: ...
+    def kappa(self) -> float:
+        """weight of the barrier [1/J]"""
 
     @property
-    def self_sharpness(self) -> float: ...
+    def self_sharpness(self) -> float:
+        """factor of kappa for contacts among robot parts and fixed bodies"""
 
     @property
-    def limit_sharpness(self) -> float: ...
+    def limit_sharpness(self) -> float:
+        """factor of kappa for joint limits"""
 
     def __repr__(self) -> str: ...
 
@@ -864,42 +964,70 @@ class Analytic:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class RandomizedFirstOrder:
-    """Averages of exact steps and their derivatives (2.22)."""
+    """
+    Smoothing by the average of exact steps and their derivatives at random samples (2.22).
+    """
 
-    def __init__(self, *, std_q: numpy.typing.ArrayLike, std_u: numpy.typing.ArrayLike, samples: int = 100, seed: int = 0) -> None: ...
+    def __init__(self, *, std_q: numpy.typing.ArrayLike, std_u: numpy.typing.ArrayLike, samples: int = 100, seed: int = 0) -> None:
+        """
+        A scheme that samples configurations and commands from a normal distribution.
+
+          std_q: standard deviations of q in tangent coordinates [m, rad], >= 0: (n_v), or one number for all.
+          std_u: standard deviations of u [m or rad], >= 0: (n_a), or one number for all.
+          samples: number of samples, >= 1.
+          seed: of the samples.
+        """
 
     @property
-    def std_q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def std_q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """standard deviations of q [m, rad]"""
 
     @property
-    def std_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def std_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """standard deviations of u [m or rad]"""
 
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """number of samples"""
 
     @property
-    def seed(self) -> int: ...
+    def seed(self) -> int:
+        """seed of the samples"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class RandomizedZerothOrder:
-    """Least-squares fit to exact steps (2.23)."""
+    """
+    Smoothing by a least-squares fit to exact steps at random samples (2.23).
+    """
 
-    def __init__(self, *, std_q: numpy.typing.ArrayLike, std_u: numpy.typing.ArrayLike, samples: int = 100, seed: int = 0) -> None: ...
+    def __init__(self, *, std_q: numpy.typing.ArrayLike, std_u: numpy.typing.ArrayLike, samples: int = 100, seed: int = 0) -> None:
+        """
+        A scheme that samples configurations and commands from a normal distribution.
+
+          std_q: standard deviations of q in tangent coordinates [m, rad], >= 0: (n_v), or one number for all.
+          std_u: standard deviations of u [m or rad], >= 0: (n_a), or one number for all.
+          samples: number of samples, >= 1.
+          seed: of the samples.
+        """
 
     @property
-    def std_q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def std_q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """standard deviations of q [m, rad]"""
 
     @property
-    def std_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]: ...
+    def std_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """standard deviations of u [m or rad]"""
 
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """number of samples"""
 
     @property
-    def seed(self) -> int: ...
+    def seed(self) -> int:
+        """seed of the samples"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -907,7 +1035,7 @@ class RandomizedZerothOrder:
 
 class ByRule:
     """
-    Regularisation of the objects in units of the springs, > 0 (docs/theory/step.md).
+    Regularisation of the objects as a ratio to the stiffness of the joint springs, > 0 (docs/theory/step.md).
     """
 
     def __init__(self, *, ratio: float = 0.1) -> None: ...
@@ -922,7 +1050,9 @@ class ByRule:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class FixedEpsilon:
-    """Regularisation of the objects, 1 for their true mass, > 0 (2.6c)."""
+    """
+    Regularisation of the objects as a factor epsilon of their mass matrix (2.6c), > 0; 1: the true mass.
+    """
 
     def __init__(self, *, epsilon: float = 1.0) -> None: ...
 
@@ -936,7 +1066,7 @@ class FixedEpsilon:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class SecondOrderCone:
-    """Friction of spatial models; planar ones have two rays, which is exact."""
+    """Exact friction cone. In planar models two rays represent it exactly."""
 
     def __init__(self) -> None: ...
 
@@ -947,7 +1077,9 @@ class SecondOrderCone:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class PolyhedralCone:
-    """A pyramid of rays inside the friction cone, in [3, 64]."""
+    """
+    Friction pyramid with this number of rays, in [3, 64], inside the friction cone.
+    """
 
     def __init__(self, *, rays: int = 4) -> None: ...
 
@@ -961,39 +1093,50 @@ class PolyhedralCone:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class FrictionLaw(enum.Enum):
-    """What a sliding contact does."""
+    """Law of sliding contacts."""
 
     Anitescu = 0
-    """it opens by mu |J_t dq| (2.3.4)"""
+    """convex relaxation: a sliding contact opens by mu |J_t dq| (2.3.4)"""
 
     Coulomb = 1
     """
-    it stays closed (S.14), in exact steps of spatial models with second-order cones
+    a sliding contact stays closed (S.14); only in exact steps of spatial models with second-order cones
     """
 
 class StepWorkspace:
-    """Scratch and warm starts of steps; for one thread at a time."""
+    """
+    Memory and warm starts that several calls of step() or rollout() share. Only one thread may use it at a time.
+    """
 
     def __init__(self, model: Model) -> None: ...
 
     def forget(self) -> None:
-        """drops warm starts, so that the next step depends on its input alone"""
+        """
+        Drops the warm starts, so that the next step depends only on its arguments.
+        """
 
     def __reduce__(self) -> tuple: ...
 
 def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool | numpy.bool_ = False, with_B: bool | numpy.bool_ = False, with_force_derivatives: bool | numpy.bool_ = False, warm_start: bool | numpy.bool_ = True, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepResult:
     """
-    One quasi-static step: the configuration in which the robots' springs, commanded to u, and the contacts are in balance (2.6).
+    Computes one quasi-static step of robots and objects (2.6).
+
+    The robot joints are springs that pull towards the command u. The step finds the next configuration, in which spring forces, gravity and
+    contact forces are in balance. Use it to simulate contact without inertia, or to get its derivatives.
+
+      model: Model of the scene.
 
       q: configuration (n_q): objects first, quaternions of length 1.
       u: commanded joint positions (n_a) [m or rad].
-      tau_ext: generalised forces besides gravity (n_v) [N, N m]; None: 0.
-      damping: viscous force -damping dq/h per coordinate (n_v) [N s/m, N m s/rad], >= 0; None: 0.
-      with_A, with_B, with_force_derivatives: the derivatives StepResult.A, .B and .D_lambda_q, .D_lambda_u.
-      warm_start: from the step before in the workspace.
-      workspace: scratch, of one thread at a time; None: one for this call.
+      tau_ext: external generalised forces besides gravity (n_v) [N, N m]; None: 0.
+      damping: coefficients of a viscous force -damping dq/h on each coordinate (n_v) [N s/m, N m s/rad], >= 0; None: 0.
+      with_A, with_B: also compute the derivatives StepResult.A and StepResult.B.
+      with_force_derivatives: also compute StepResult.D_lambda_q (with with_A) and StepResult.D_lambda_u (with with_B).
+      warm_start: start the solver from the previous step in the workspace.
+      workspace: StepWorkspace to share memory between calls; only one thread may use it at a time. None: a new one for this call.
 
-    status: Solved; MaxIterations; Infeasible (overlap that no motion within reach undoes); NumericalFailure.
+    Returns a StepResult. Its status is Solved; MaxIterations; Infeasible: bodies overlap, and no motion within reach separates them; or
+    NumericalFailure.
 
         >>> task = st.load_task("planar_pushing")
         >>> result = st.step(task.model, task.q_start, [0.0, 0.1], h=0.1, smoothing=st.Analytic(kappa=100), with_B=True)
@@ -1003,29 +1146,31 @@ def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, 
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
-      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      regularisation: regularisation of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), where 1 is the true mass.
       friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
-      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_law: law of exact steps. Anitescu: a sliding contact opens by mu |J_t dq|. Coulomb: a sliding contact stays closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      contact_margin: added to the contact distance of the scene [m], >= 0.
-      joint_limits: limits of the joints are constraints.
-      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
-      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
-      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+      contact_margin: distance that is added to the contact distance of the scene [m], >= 0.
+      joint_limits: True: the joint limits are constraints of the step.
+      effort_limits: True: a joint pushes with Model.effort at most (S.15). False: the spring forces have no limit.
+      tol_complementarity: largest |v lambda| of a contact, divided by 5 L F h with the scales L and F of docs/theory/scales.md [-], in [1e-12, 1e-2].
+      kappa, epsilon: deprecated; use smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
-    Raises InvalidInput by the name of the argument.
+    Raises InvalidInput, which names the argument.
     """
 
 def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool | numpy.bool_ = False, threads: int = 1, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> LocalModel:
     """
-    Local model q_next(q + dq, u + du) ~ c + (A dq + B du) around q (n_q) and u (n_a) [m or rad], in tangent coordinates (2.4.1).
+    Linearises a step around a configuration and a command (2.4.1): q_next(q + dq, u + du) ~ c + (A dq + B du) in tangent coordinates.
 
-      scheme: Exact, Analytic, RandomizedFirstOrder or RandomizedZerothOrder; None: smoothing.
+      q: configuration (n_q). u: command (n_a) [m or rad].
+      scheme: Exact, Analytic, RandomizedFirstOrder or RandomizedZerothOrder. None: the argument `smoothing`.
       tau_ext, damping: as in step() (n_v).
-      with_A: LocalModel.A as well as B.
-      threads: of randomised schemes; the result does not depend on it.
+      with_A: also compute LocalModel.A.
+      threads: number of threads for randomised schemes. The result does not depend on it.
 
-    status: Solved; that of the step that failed. Samples that fail are left out and counted.
+    Returns a LocalModel. Its status is Solved, or the status of the step that failed. A randomised scheme leaves failed samples out and counts
+    them in LocalModel.failed.
 
         >>> task = st.load_task("planar_pushing")
         >>> local = st.calc_local_model(task.model, task.q_start, task.q_start[3:], scheme=st.Analytic(kappa=100), with_A=True)
@@ -1035,29 +1180,31 @@ def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.Ar
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
-      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      regularisation: regularisation of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), where 1 is the true mass.
       friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
-      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_law: law of exact steps. Anitescu: a sliding contact opens by mu |J_t dq|. Coulomb: a sliding contact stays closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      contact_margin: added to the contact distance of the scene [m], >= 0.
-      joint_limits: limits of the joints are constraints.
-      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
-      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
-      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+      contact_margin: distance that is added to the contact distance of the scene [m], >= 0.
+      joint_limits: True: the joint limits are constraints of the step.
+      effort_limits: True: a joint pushes with Model.effort at most (S.15). False: the spring forces have no limit.
+      tol_complementarity: largest |v lambda| of a contact, divided by 5 L F h with the scales L and F of docs/theory/scales.md [-], in [1e-12, 1e-2].
+      kappa, epsilon: deprecated; use smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
-    Raises InvalidInput by the name of the argument.
+    Raises InvalidInput, which names the argument.
     """
 
 def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutResult:
     """
-    Moves the command from u_start to u_end (n_a) [m or rad] in exact sub-steps from q (n_q).
+    Simulates a straight motion of the command from u_start to u_end in small exact steps, from the configuration q.
 
-      joint_angle [rad], joint_travel [m]: no joint is commanded farther than this in a sub-step.
-      slide: no contact slides farther than this in a sub-step, where max_substeps allows it [m].
-      max_substeps: at most so many.
-      workspace: scratch, of one thread at a time; None: one for this call.
+      q: configuration at the start (n_q).
+      u_start, u_end: commands (n_a) [m or rad].
+      joint_angle, joint_travel: largest change of a command in a sub-step, for revolute [rad] and prismatic [m] joints, > 0.
+      slide: largest mu * slip of an active contact in a sub-step [m], > 0. The sub-steps are made smaller for it as far as max_substeps allows.
+      max_substeps: largest number of sub-steps, >= 1.
+      workspace: StepWorkspace to share memory between calls; only one thread may use it at a time. None: a new one for this call.
 
-    status: Solved; that of the sub-step that failed, and the knots before it.
+    Returns a RolloutResult. Its status is Solved, or the status of the sub-step that failed; the knots before that sub-step are kept.
 
         >>> task = st.load_task("planar_pushing")
         >>> path = st.rollout(task.model, task.q_start, [0.0, 0.0], [0.0, 0.1], joint_travel=0.01)
@@ -1067,27 +1214,32 @@ def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.Array
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
-      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      regularisation: regularisation of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), where 1 is the true mass.
       friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
-      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_law: law of exact steps. Anitescu: a sliding contact opens by mu |J_t dq|. Coulomb: a sliding contact stays closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      contact_margin: added to the contact distance of the scene [m], >= 0.
-      joint_limits: limits of the joints are constraints.
-      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
-      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
-      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+      contact_margin: distance that is added to the contact distance of the scene [m], >= 0.
+      joint_limits: True: the joint limits are constraints of the step.
+      effort_limits: True: a joint pushes with Model.effort at most (S.15). False: the spring forces have no limit.
+      tol_complementarity: largest |v lambda| of a contact, divided by 5 L F h with the scales L and F of docs/theory/scales.md [-], in [1e-12, 1e-2].
+      kappa, epsilon: deprecated; use smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
-    Raises InvalidInput by the name of the argument.
+    Raises InvalidInput, which names the argument.
     """
 
 class BatchWorkspace:
     """
-    Threads and their scratch for many small batches; for one thread of the caller at a time.
+    Threads and their memory, kept for many small batches. Only one thread of the caller may use it at a time.
     """
 
     def __init__(self, model: Model, threads: int = 0) -> None:
         """
-        threads: 0 for all cores. Raises InvalidInput.
+        Makes the threads for batches of one model.
+
+          model: Model of the batches.
+          threads: number of threads; 0: all cores.
+
+        Raises InvalidInput.
 
             >>> model = st.load_task("planar_pushing").model
             >>> work = st.BatchWorkspace(model, threads=1)
@@ -1099,39 +1251,47 @@ class BatchWorkspace:
     def __reduce__(self) -> tuple: ...
 
 class StepBatch:
-    """Steps from N pairs of configuration and command, the pair first."""
+    """
+    Results of step_batch(): N steps. The first axis of each array is the index of the step.
+    """
 
     @property
     def status(self) -> list[Status]:
-        """(N)"""
+        """status of each step (N)"""
 
     @property
     def solved(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')]:
-        """(N); where it is False, q_next is q and A and B are 0"""
+        """
+        True for each step with the status Solved (N); otherwise q_next is q, and A and B are 0
+        """
 
     @property
     def failed(self) -> int:
-        """steps that are not Solved"""
+        """number of steps that are not Solved"""
 
     @property
     def q_next(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(N, n_q)"""
+        """next configurations (N, n_q)"""
 
     @property
     def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """of the springs (N, n_a) [N m, N]"""
+        """torques of the joint springs (N, n_a) [N m, N]"""
 
     @property
     def A(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)] | None:
-        """D_qnext_q (N, n_v, n_v), None unless asked for; not to be written to"""
+        """
+        derivatives of q_next by q (N, n_v, n_v), a read-only array; None unless with_A was set
+        """
 
     @property
     def B(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)] | None:
-        """D_qnext_u (N, n_v, n_a), None unless asked for; not to be written to"""
+        """
+        derivatives of q_next by u (N, n_v, n_a), a read-only array; None unless with_B was set
+        """
 
     @property
     def wall_s(self) -> float:
-        """that the steps took in the library, without copies of arrays [s]"""
+        """wall time of the steps, without copies of arrays [s]"""
 
     def __len__(self) -> int: ...
 
@@ -1143,14 +1303,17 @@ class StepBatch:
 
 def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, with_A: bool | numpy.bool_ = False, with_B: bool | numpy.bool_ = False, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepBatch:
     """
-    step() from N pairs of configuration and command on all cores, with their local models where A or B is asked for (docs/theory/local_models.md).
+    Computes N independent steps in parallel, as step() does for one, with their derivatives if asked for (docs/theory/local_models.md).
 
+      model: Model of the scene.
       q: configurations (N, n_q).
       u: commands (N, n_a) [m or rad].
-      tau_ext: external generalised forces besides gravity (N, n_v) [N, N m], or None.
-      with_A, with_B: the derivatives StepBatch.A and .B.
-      threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
-      workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
+      tau_ext: external generalised forces besides gravity (N, n_v) [N, N m]. None: 0.
+      with_A, with_B: also compute the derivatives StepBatch.A and StepBatch.B.
+      threads: 0: all cores. The result does not depend on this number, bit for bit, since no step uses a warm start.
+      workspace: BatchWorkspace of the model, which saves time for many small batches. None: a new one for this call.
+
+    Returns a StepBatch.
 
         >>> task = st.load_task("planar_pushing")
         >>> q = np.tile(task.q_start, (1000, 1))
@@ -1161,26 +1324,29 @@ def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLik
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
-      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      regularisation: regularisation of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), where 1 is the true mass.
       friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
-      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_law: law of exact steps. Anitescu: a sliding contact opens by mu |J_t dq|. Coulomb: a sliding contact stays closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      contact_margin: added to the contact distance of the scene [m], >= 0.
-      joint_limits: limits of the joints are constraints.
-      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
-      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
-      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+      contact_margin: distance that is added to the contact distance of the scene [m], >= 0.
+      joint_limits: True: the joint limits are constraints of the step.
+      effort_limits: True: a joint pushes with Model.effort at most (S.15). False: the spring forces have no limit.
+      tol_complementarity: largest |v lambda| of a contact, divided by 5 L F h with the scales L and F of docs/theory/scales.md [-], in [1e-12, 1e-2].
+      kappa, epsilon: deprecated; use smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
-    Raises InvalidInput by the name of the argument.
+    Raises InvalidInput, which names the argument.
     """
 
 def calc_weights_aside(model: Model, q: numpy.typing.ArrayLike, angle: float, draw: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
     """
-    What objects that move freely feel besides gravity when it comes from `angle` aside, at many configurations: tau_ext of step_batch().
+    Computes the forces that tilt gravity by an angle, for free objects at many configurations. Use them as tau_ext of step_batch(), to test
+    whether an object rests stably.
 
-      q: (N, n_q). angle: [rad], in [0, pi/2). draw: the side, in [0, 3]; each is a quarter turn from the one before.
+      q: configurations (N, n_q).
+      angle: angle by which gravity is tilted [rad], in [0, pi/2).
+      draw: direction of the tilt, in [0, 3]; each direction is a quarter turn from the previous one.
 
-    Returns (N, n_v) [N, N m]; 0 without gravity and for objects on joints, which something carries.
+    Returns generalised forces (N, n_v) [N, N m]. They are 0 without gravity, and for objects on joints.
 
         >>> task = st.load_task("allegro_ball")
         >>> st.calc_weights_aside(task.model, task.q_start[None], 0.1, 0)[0, :3].round(4)
@@ -1188,27 +1354,31 @@ def calc_weights_aside(model: Model, q: numpy.typing.ArrayLike, angle: float, dr
     """
 
 class RolloutBatch:
-    """N trajectories of T steps each."""
+    """Results of rollout_batch(): N trajectories of T steps each."""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)]:
-        """(N, T + 1, n_q), the start first; not to be written to"""
+        """configurations, the start first (N, T + 1, n_q); a read-only array"""
 
     @property
     def status(self) -> list[Status]:
-        """(N); that of the first step that is not Solved"""
+        """
+        status of each trajectory (N): Solved, or the status of its first step that is not Solved
+        """
 
     @property
     def steps(self) -> list[int]:
-        """(N) that were solved; a trajectory stays where a step failed"""
+        """
+        number of solved steps of each trajectory (N); a trajectory stays where a step failed
+        """
 
     @property
     def failed(self) -> int:
-        """trajectories that are not Solved"""
+        """number of trajectories that are not Solved"""
 
     @property
     def wall_s(self) -> float:
-        """that the steps took in the library, without copies of arrays [s]"""
+        """wall time of the steps, without copies of arrays [s]"""
 
     def __len__(self) -> int: ...
 
@@ -1220,12 +1390,15 @@ class RolloutBatch:
 
 def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutBatch:
     """
-    N trajectories q[t + 1] = step(q[t], u[t]) on all cores.
+    Computes N trajectories q[t + 1] = step(q[t], u[t]) in parallel.
 
-      q_start: (N, n_q).
+      model: Model of the scene.
+      q_start: configurations at the start (N, n_q).
       u: commands (N, T, n_a) [m or rad].
-      threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
-      workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
+      threads: 0: all cores. The result does not depend on this number, bit for bit, since no step uses a warm start.
+      workspace: BatchWorkspace of the model, which saves time for many small batches. None: a new one for this call.
+
+    Returns a RolloutBatch.
 
         >>> task = st.load_task("planar_pushing")
         >>> q = np.tile(task.q_start, (100, 1))
@@ -1237,28 +1410,34 @@ def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
-      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      regularisation: regularisation of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), where 1 is the true mass.
       friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
-      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_law: law of exact steps. Anitescu: a sliding contact opens by mu |J_t dq|. Coulomb: a sliding contact stays closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      contact_margin: added to the contact distance of the scene [m], >= 0.
-      joint_limits: limits of the joints are constraints.
-      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
-      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
-      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+      contact_margin: distance that is added to the contact distance of the scene [m], >= 0.
+      joint_limits: True: the joint limits are constraints of the step.
+      effort_limits: True: a joint pushes with Model.effort at most (S.15). False: the spring forces have no limit.
+      tol_complementarity: largest |v lambda| of a contact, divided by 5 L F h with the scales L and F of docs/theory/scales.md [-], in [1e-12, 1e-2].
+      kappa, epsilon: deprecated; use smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
-    Raises InvalidInput by the name of the argument.
+    Raises InvalidInput, which names the argument.
     """
 
 def pull_back_rollout(model: Model, rolled: RolloutBatch, u: numpy.typing.ArrayLike, D_L_q: numpy.typing.ArrayLike, *, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)]]:
     """
-    Derivatives of a scalar L of the trajectories of rollout_batch() by starts and commands, from those by the configurations: the adjoint of the steps (S.25).
+    Back-propagates the gradient of a scalar L through the trajectories of rollout_batch(), by the adjoint of the steps (S.25).
 
-      rolled: of rollout_batch(), for the same u.
+    Use it to optimise commands: give dL/dq at all configurations, and get dL/dq_start and dL/du.
+
+      model: Model of the scene.
+      rolled: RolloutBatch of rollout_batch(), for the same u.
+      u: commands of that call (N, T, n_a) [m or rad].
       D_L_q: dL/dq (N, T + 1, n_q).
-      Arguments of the step: those of the rollout, or smoother ones; an exact step has the derivative 0 where nothing touches.
+      threads, workspace: as in rollout_batch().
 
-    Returns dL/dq_start (N, n_q) and dL/du (N, T, n_a). The derivative by a quaternion is the one along the sphere of unit quaternions.
+    The arguments of the step are those of rollout_batch(), or smoother ones: an exact step has the derivative 0 if nothing touches.
+
+    Returns dL/dq_start (N, n_q) and dL/du (N, T, n_a). The derivative by a quaternion is tangent to the sphere of unit quaternions.
 
         >>> task = st.load_task("planar_pushing")
         >>> q = task.q_start[None]
@@ -1273,21 +1452,23 @@ def pull_back_rollout(model: Model, rolled: RolloutBatch, u: numpy.typing.ArrayL
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
-      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      regularisation: regularisation of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), where 1 is the true mass.
       friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
-      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_law: law of exact steps. Anitescu: a sliding contact opens by mu |J_t dq|. Coulomb: a sliding contact stays closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      contact_margin: added to the contact distance of the scene [m], >= 0.
-      joint_limits: limits of the joints are constraints.
-      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
-      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
-      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+      contact_margin: distance that is added to the contact distance of the scene [m], >= 0.
+      joint_limits: True: the joint limits are constraints of the step.
+      effort_limits: True: a joint pushes with Model.effort at most (S.15). False: the spring forces have no limit.
+      tol_complementarity: largest |v lambda| of a contact, divided by 5 L F h with the scales L and F of docs/theory/scales.md [-], in [1e-12, 1e-2].
+      kappa, epsilon: deprecated; use smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
-    Raises InvalidInput by the name of the argument.
+    Raises InvalidInput, which names the argument.
     """
 
 class PairForce:
-    """Force of one pair, its contact points together."""
+    """
+    Contact force of one pair of geometries A and B, summed over its contact points.
+    """
 
     @property
     def pair(self) -> int:
@@ -1295,23 +1476,23 @@ class PairForce:
 
     @property
     def normal(self) -> float:
-        """[N]"""
+        """normal force [N]"""
 
     @property
     def tangential(self) -> float:
-        """[N]"""
+        """magnitude of the friction force [N]"""
 
     @property
     def force_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """on A [N]"""
+        """contact force on A, in W [N] (3)"""
 
     @property
     def friction_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[N]"""
+        """friction force, in W [N] (3)"""
 
     @property
     def p_WC(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """mean of the points, weighted by their normal forces [m]"""
+        """mean contact point in W, weighted by the normal forces [m] (3)"""
 
     @property
     def depth(self) -> float:
@@ -1322,45 +1503,50 @@ class PairForce:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class SimulationResult:
-    """Samples of a second-order simulation."""
+    """Result of simulate(): samples of the motion and of the forces."""
 
     @property
     def status(self) -> Status: ...
 
     @property
-    def message(self) -> str: ...
+    def message(self) -> str:
+        """reason of a numerical failure"""
 
     @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """[s] (samples)"""
+        """times of the samples [s] (samples)"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(samples, n_q)"""
+        """configurations (samples, n_q)"""
 
     @property
     def v(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(samples, n_v) [m/s, rad/s]"""
+        """velocities in tangent coordinates (samples, n_v) [m/s, rad/s]"""
 
     @property
     def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
         """
-        (samples, n_a) of each motor the largest since the sample before [N m or N]
+        largest torque of each motor since the previous sample (samples, n_a) [N m or N]
         """
 
     @property
     def forces(self) -> list[list[PairForce]]:
-        """per sample, by pair index; only pairs that touch"""
+        """
+        for each sample, the forces of the pairs that touch, ordered by pair index
+        """
 
     @property
     def max_depth(self) -> float:
-        """[m]"""
+        """deepest penetration [m]"""
 
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """number of time steps"""
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time [s]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -1368,52 +1554,57 @@ class SimulationResult:
 
 class Plant:
     """
-    A model as MuJoCo simulates it; docs/theory/simulation.md says what follows from each argument.
+    A model prepared for second-order simulation in MuJoCo. docs/theory/simulation.md explains the effect of each argument.
 
-      timestep: [s], > 0.
-      damping_ratio: of a joint spring with the inertia that its joint moves, >= 0.
-      armature: inertia of every motor as its joint sees it [kg or kg m^2], >= 0; raised where a spring would turn faster than
-        spring_resolution [rad] in a timestep.
-      time_constant: of contacts in the normal direction [s]; friction_time_constant: in which slip dies out [s].
-      impedance: in (0, 0.9999]; 1 would be rigid. friction_stiffening: of friction against the normal direction, >= 1.
-      noslip_iterations: sweeps that remove the rest of the creep.
+      model: Model of the scene.
+      timestep: time step [s], > 0.
+      damping_ratio: damping ratio of each joint spring with the inertia that the joint moves, >= 0.
+      armature: inertia of every motor, reflected to its joint [kg or kg m^2], >= 0. It is raised for a joint whose spring would turn by more
+        than spring_resolution [rad] in a time step.
+      time_constant: time constant of contacts in the normal direction [s].
+      friction_time_constant: time constant with which slip decays [s].
+      impedance: contact impedance, in (0, 0.9999]; 1 would be rigid.
+      friction_stiffening: stiffness of friction relative to the normal direction, >= 1.
+      noslip_iterations: number of solver sweeps that remove the remaining creep.
       friction_scale: factor of every coefficient of friction, >= 0.
       ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
-      velocity_reference: damping acts on the difference of commanded and real velocity; else on the real one.
-      effort_limits: motors give Model.effort at most.
-      joint_friction: robot joints have the friction and damping of their files; objects always have theirs.
+      velocity_reference: True: joint damping acts on the difference of commanded and actual velocity. False: it acts on the actual velocity.
+      effort_limits: True: no motor gives more than Model.effort.
+      joint_friction: True: robot joints have the friction and damping of their files. Joints of objects always have them.
 
-    Raises InvalidInput by the name of the argument.
+    Raises InvalidInput, which names the argument.
     """
 
     def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool | numpy.bool_ = False, effort_limits: bool | numpy.bool_ = False, joint_friction: bool | numpy.bool_ = False) -> None: ...
 
     @property
     def timestep(self) -> float:
-        """[s]"""
+        """time step [s]"""
 
     @property
     def damping(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the joint springs (n_a) [N s/m or N m s/rad]"""
+        """damping of the joint springs (n_a) [N s/m or N m s/rad]"""
 
     @property
     def armature(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_a) [kg or kg m^2]"""
+        """inertia of the motors (n_a) [kg or kg m^2]"""
 
     def __reduce__(self) -> tuple: ...
 
 def simulate(plant: Plant, q0: numpy.typing.ArrayLike, times: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, v0: numpy.typing.ArrayLike | None = None, record_interval: float = 0.01, timeout_s: float | None = None) -> SimulationResult:
     """
-    Second-order simulation, from q0 to the last knot.
+    Simulates commands in MuJoCo, with inertia and impacts, from q0 to the last knot.
 
-      q0: configuration (n_q).
-      times: of the knots, increasing from 0 (knots) [s].
-      u: commanded joint positions, linear between knots (knots, n_a) [m or rad].
-      v0: velocity in tangent coordinates (n_v) [m/s, rad/s]; None: at rest.
-      record_interval: of the samples [s], > 0.
-      timeout_s: [s] > 0; None: as long as it takes.
+      plant: Plant of the model.
+      q0: configuration at the start (n_q).
+      times: times of the knots, increasing from 0 (knots) [s].
+      u: commanded joint positions at the knots, linear between them (knots, n_a) [m or rad].
+      v0: velocity at the start in tangent coordinates (n_v) [m/s, rad/s]. None: at rest.
+      record_interval: time between two samples of the result [s], > 0.
+      timeout_s: largest wall time [s], > 0. None: no limit.
 
-    status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+    Returns a SimulationResult. Its status is Solved; MaxIterations: the time was used up; or NumericalFailure: `message` gives the reason.
+    Raises InvalidInput.
 
         >>> task = st.load_task("planar_pushing")
         >>> run = st.simulate(st.Plant(task.model), task.q_start, [0.0, 0.5], [[0, 0], [0, 0.1]], record_interval=0.05)
@@ -1423,15 +1614,16 @@ def simulate(plant: Plant, q0: numpy.typing.ArrayLike, times: numpy.typing.Array
 
 class DrivenPlant:
     """
-    A plant that is driven tick by tick: joint commands go to an impedance controller, its torques to the joints (C.7). Belongs to
-    one thread at a time.
+    A simulation that you advance tick by tick: an impedance controller turns joint commands into joint torques (C.7).
 
-      plant: Plant(model, damping_ratio=0): the damping is the controller's.
-      damping_ratio: with the inertia that a joint moves at the moment, >= 0.
-      velocity_cutoff, gain_cutoff: of the low-passes on joint velocities and on the damping [Hz], > 0.
-      period: between two torques, in whole timesteps of the plant [s], > 0.
+    Use it to test your own controller. Only one thread may use it at a time.
 
-    Raises InvalidInput by the name of the argument.
+      plant: Plant(model, damping_ratio=0), since the impedance controller provides the damping.
+      damping_ratio: damping ratio of each joint with the inertia that the joint moves, >= 0.
+      velocity_cutoff, gain_cutoff: cut-off frequencies of the low-passes on joint velocities and on the damping [Hz], > 0.
+      period: time between two torques, in whole time steps of the plant [s], > 0.
+
+    Raises InvalidInput, which names the argument.
 
         >>> task = st.load_task("planar_pushing")
         >>> plant = st.DrivenPlant(st.Plant(task.model, damping_ratio=0))
@@ -1443,68 +1635,72 @@ class DrivenPlant:
     def __init__(self, plant: Plant, *, damping_ratio: float = 1.0, velocity_cutoff: float = 400.0, gain_cutoff: float = 1.0, period: float = 0.0002) -> None: ...
 
     def reset(self, q: numpy.typing.ArrayLike) -> None:
-        """At rest in q (n_q) at time 0, without a push."""
+        """Resets the simulation: at rest in q (n_q) at time 0, without a push."""
 
     def set_push(self, body: str, p_BP: numpy.typing.ArrayLike, force_W: numpy.typing.ArrayLike) -> None:
         """
-        A constant force [N] (3) on a point fixed in a body [m] (3), from now on; zero ends it.
+        Applies a constant force force_W [N] (3) from now on, at the point p_BP of a body, in its frame [m] (3). A zero force ends it.
         """
 
     def advance(self, command: numpy.typing.ArrayLike, duration: float) -> Status:
         """
-        Holds the command (n_a) [rad or m] for a time [s], > 0, rounded to periods of the impedance controller, at least one.
+        Simulates with a constant command.
 
-        Returns Solved, or NumericalFailure: `message` says what; only reset() goes on from there.
+          command: commanded joint positions (n_a) [rad or m].
+          duration: time [s], > 0. It is rounded to whole periods of the impedance controller, at least one.
+
+        Returns Solved, or NumericalFailure: `message` gives the reason, and only reset() continues from there.
         """
 
     @property
     def time(self) -> float:
-        """[s]"""
+        """simulated time [s]"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_q)"""
+        """configuration (n_q)"""
 
     @property
     def v(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_v) [m/s, rad/s]"""
+        """velocity in tangent coordinates (n_v) [m/s, rad/s]"""
 
     @property
     def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the joints (n_a) [N m or N]"""
+        """joint torques (n_a) [N m or N]"""
 
     @property
     def external(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        torques of contacts, joint stops and the push, what Sensor.sense takes (n_a) [N m or N]
+        external torques of contacts, joint stops and the push (n_a) [N m or N]; the argument tau of Sensor.sense
         """
 
     @property
     def damping(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the impedance controller (n_a) [N m s/rad or N s/m]"""
+        """damping of the impedance controller (n_a) [N m s/rad or N s/m]"""
 
     @property
     def forces(self) -> list[PairForce]:
-        """by pair index; only pairs that touch"""
+        """contact forces of the pairs that touch, ordered by pair index"""
 
     @property
-    def message(self) -> str: ...
+    def message(self) -> str:
+        """reason of a numerical failure"""
 
     def __reduce__(self) -> tuple: ...
 
 class PlannerOptions:
     """
-    Options of the planner. Each has the name and the value that it has in the section `planner` of a task file (tasks/schema/task.schema.json); dir() lists them.
+    Options of the planner. The attributes have the names and values of the section `planner` of a task file (tasks/schema/task.schema.json). dir() lists them, and planner_schema() explains them.
     """
 
     def __init__(self, model: Model, **values: object) -> None:
         """
-        Defaults, and what differs from them. Raises InvalidInput: unknown names, values that cannot be.
+        Options for a model: the defaults, changed by the keyword arguments. Raises InvalidInput: an unknown name, or a value out of range.
         """
 
     def replace(self, **changes: object) -> PlannerOptions:
         """
-        These options with others; each one is replaced as a whole, None stands for its default. Raises InvalidInput.
+        Returns a copy of these options with the given changes. A change replaces the whole value of an option; None restores its default. Raises InvalidInput.
 
             >>> options = st.load_task("planar_pushing").options
             >>> options.replace(goal_bias=0.25).goal_bias
@@ -1512,7 +1708,7 @@ class PlannerOptions:
         """
 
     def to_dict(self) -> dict[str, object]:
-        """every option by its name"""
+        """Returns all options as a dict from name to value."""
 
     def __getattr__(self, name: str, /) -> Any: ...
 
@@ -1528,50 +1724,51 @@ class PlannerOptions:
 
 def planner_schema() -> dict[str, object]:
     """
-    JSON schema of the section `planner` of a task file: every option with what it is, its unit and its range.
+    Returns the JSON schema of the section `planner` of a task file. It gives the meaning, unit and range of every option.
 
         >>> "goal_bias" in st.planner_schema()["properties"]
         True
     """
 
 class Goal:
-    """Where an object is to be, and how near is near enough."""
+    """Target pose of an object, with tolerances."""
 
     @property
     def object(self) -> int:
         """index of the object"""
 
     @property
-    def X_WG(self) -> Pose: ...
+    def X_WG(self) -> Pose:
+        """target pose of the object in W"""
 
     @property
     def open(self) -> list[bool]:
         """
-        of the objects' coordinates, in the order of their velocities (n_vu), which may have any value; empty: none
+        for each velocity coordinate of the objects (n_vu), True if any value is accepted; empty: all coordinates count
         """
 
     @property
     def tol_position(self) -> float:
-        """[m]"""
+        """tolerance of the position [m]"""
 
     @property
     def tol_angle(self) -> float:
-        """[rad]"""
+        """tolerance of the rotation angle [rad]"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class GoalError:
-    """How far an object is from its goal."""
+    """Distance of an object from its goal."""
 
     @property
     def position(self) -> float:
-        """[m]"""
+        """distance of the positions [m]"""
 
     @property
     def angle(self) -> float:
-        """[rad]"""
+        """angle of the rotation between the orientations [rad]"""
 
     def __repr__(self) -> str: ...
 
@@ -1580,11 +1777,19 @@ class GoalError:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Task:
-    """A scene, a start, a goal and how to plan."""
+    """
+    A scene with robots and objects, a start configuration, a goal for an object, and planner options.
+    """
 
     def __init__(self, task: dict, *, base: str | os.PathLike | None = None) -> None:
         """
-        A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses, paths and robots as text may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
+        Makes a task in memory, without a task file.
+
+          task: dict with the keys of a task file (tasks/schema/task.schema.json). Its values may also be arrays, Pose objects, paths, and robots
+            as text.
+          base: folder to which paths in the dict are relative. None: the working folder.
+
+        Raises InvalidInput with the text "field: got …, expected …".
 
             >>> folder = st.load_task("planar_pushing").file.parent
             >>> task = st.Task({"base": "planar_pushing.yaml", "name": "wide", "tolerance": {"position": 0.05, "angle": 0.2}}, base=folder)
@@ -1593,51 +1798,64 @@ class Task:
         """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the task"""
 
     @property
-    def description(self) -> str: ...
+    def description(self) -> str:
+        """one line about the task"""
 
     @property
     def file(self) -> pathlib.Path:
-        """of a task made in memory the folder that its paths are relative to"""
+        """
+        path of the task file; for a task made in memory, the folder to which its paths are relative
+        """
 
     @property
     def text(self) -> str:
-        """of a task made in memory, as in a file; else empty"""
+        """text of a task made in memory, as in a task file; otherwise empty"""
 
     @property
-    def model(self) -> Model: ...
+    def model(self) -> Model:
+        """model of the scene"""
 
     @property
     def q_start(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_q)"""
+        """start configuration (n_q)"""
 
     @property
     def q_goal(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        of the objects at the goal; of a goal region what is nearest to the start (n_qu)
+        configuration of the objects at the goal (n_qu); for a goal region, its point nearest to the start
         """
 
     @property
-    def goal(self) -> Goal: ...
+    def goal(self) -> Goal:
+        """target pose and tolerances"""
 
     @property
     def goal_objects(self) -> list[int]:
         """
-        indices of the objects that the goal names, ascending; without those that another of them hangs on
+        indices of the objects that the goal names, ascending; an object that carries another named object through a joint is left out
         """
 
     @property
     def options(self) -> PlannerOptions:
-        """of its section `planner`"""
+        """planner options of the task"""
 
     @property
-    def scene_sha256(self) -> str: ...
+    def scene_sha256(self) -> str:
+        """SHA-256 of the scene; plans store it"""
 
     def with_(self, *, start: numpy.typing.ArrayLike | None = None, goal: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None) -> Task:
         """
-        The task with another start (n_q), goal (as in set_goal) or options (PlannerOptions, or a dict of those that differ); this one stays as it is. Raises InvalidInput.
+        Returns a copy of the task with another start, goal or options. The task itself does not change.
+
+          start: start configuration (n_q).
+          goal: numbers as in set_goal().
+          options: PlannerOptions, or a dict with the options to change.
+
+        None keeps the value of the task. Raises InvalidInput.
 
             >>> task = st.load_task("planar_pushing")
             >>> other = task.with_(goal=[0.6, 0.1, 0.0], options={"goal_bias": 0.3})
@@ -1647,17 +1865,27 @@ class Task:
 
     def goal_errors(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
         """
-        How far the object is from the goal, or from the nearest pose of the goal region, at many configurations (N, n_q): position [m] and angle [rad], (N, 2).
+        Returns the distance of the object from the goal, or from the nearest pose of a goal region, at many configurations.
+
+          q: configurations (N, n_q).
+
+        Returns position [m] and angle [rad] for each (N, 2).
         """
 
     def as_plan(self) -> Plan:
         """
-        A plan that stays at the start, to be shown, exported or compared: MaxIterations, unless the start is at the goal.
+        Returns a plan that stays at the start, to show, export or compare the task without planning. Its status is MaxIterations, unless the start is at the goal.
         """
 
     def follow(self, u: numpy.typing.ArrayLike, *, u_start: numpy.typing.ArrayLike | None = None) -> Plan:
         """
-        The motion that commands (N, n_a) [m or rad] make from the start, with the dynamics of the planner, as a plan of one push. Solved where it ends at the goal, MaxIterations where not; else the status of the step that has no solution, where the plan ends. Raises InvalidInput.
+        Simulates commands from the start with the dynamics of the planner, and returns the motion as a plan with one push.
+
+          u: commands (N, n_a) [m or rad].
+          u_start: commands at the start (n_a) [m or rad]. None: each joint is commanded to its start position.
+
+        The status of the plan is Solved if it ends at the goal, and MaxIterations otherwise. If a step has no solution, the plan ends there and
+        has the status of that step. Raises InvalidInput.
 
             >>> task = st.load_task("planar_pushing")
             >>> plan = task.follow([[0.0, 0.0], [0.0, 0.1]])
@@ -1667,7 +1895,12 @@ class Task:
 
     def set_goal(self, values: Sequence[float | None] | numpy.typing.ArrayLike) -> None:
         """
-        x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other; of several objects one after the other. None: any value. Raises InvalidInput.
+        Replaces the goal of the task; the tolerances stay.
+
+          values: for a free object x y z [m] roll pitch yaw [rad], for any other object its coordinates. Several objects follow one another. None
+            in place of a number accepts any value of this coordinate.
+
+        Raises InvalidInput.
         """
 
     def __getstate__(self) -> tuple: ...
@@ -1676,7 +1909,7 @@ class Task:
 
 def list_tasks() -> list[str]:
     """
-    Names of the built-in tasks.
+    Returns the names of the built-in tasks.
 
         >>> "allegro_cube" in st.list_tasks()
         True
@@ -1690,7 +1923,7 @@ def _parse_task(text: str, base: str | os.PathLike | None = None) -> Task:
 
 def list_keyframes(file: str | os.PathLike) -> list[str]:
     """
-    Names of the keyframes of an MJCF file, as a start of a task takes them. Raises InvalidInput.
+    Returns the names of the keyframes of an MJCF file. The key `start` of a task accepts them. Raises InvalidInput.
 
         >>> with open("keyed.xml", "w") as file:
         ...     _ = file.write("<mujoco><worldbody><body><joint name='j' type='slide'/><geom size='.1'/></body></worldbody>"
@@ -1701,7 +1934,12 @@ def list_keyframes(file: str | os.PathLike) -> list[str]:
 
 def load_task(name_or_file: str | str | os.PathLike) -> Task:
     """
-    A built-in task by its name, or a file: a str that ends in .yaml or .yml or has a '/', or any os.PathLike. Raises InvalidInput: "FILE:LINE: field: got …, expected …".
+    Loads a task: a scene with a start, a goal and planner options.
+
+      name_or_file: name of a built-in task, or a task file. A str that ends in .yaml or .yml or contains a '/' is a file, and so is any
+        os.PathLike.
+
+    Returns a Task. Raises InvalidInput with the text "FILE:LINE: field: got …, expected …".
 
         >>> task = st.load_task("allegro_cube")
         >>> task.model.n_a, task.model.object_names
@@ -1709,104 +1947,109 @@ def load_task(name_or_file: str | str | os.PathLike) -> Task:
     """
 
 class SegmentKind(enum.Enum):
-    """What a piece of a plan does."""
+    """Kind of a segment of a plan."""
 
     Settle = 0
-    """from the given start to rest on the constraints (first segment only)"""
+    """
+    objects come to rest from the given start, without overlaps (first segment only)
+    """
 
     Contact = 1
-    """the robot pushes"""
+    """the robot pushes an object"""
 
     Regrasp = 2
     """the robot moves to new contacts while the object rests"""
 
 class Progress:
-    """What on_progress is told."""
+    """Argument of the function `on_progress` of long calls."""
 
     @property
-    def iteration(self) -> int: ...
+    def iteration(self) -> int:
+        """number of iterations so far"""
 
     @property
     def fraction(self) -> float:
-        """of the budget used, in [0, 1]"""
+        """share of the budget that is used, in [0, 1]"""
 
     @property
     def best(self) -> float:
-        """distance to the goal so far; smaller is better"""
+        """smallest distance to the goal so far, or lowest cost"""
 
     @property
-    def size(self) -> int: ...
+    def size(self) -> int:
+        """size of the search, such as the number of nodes"""
 
     @property
-    def elapsed_s(self) -> float: ...
+    def elapsed_s(self) -> float:
+        """wall time since the start [s]"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Growth:
-    """Nodes that a tree gained since it was last told of."""
+    """New nodes of a search tree since the last call of `on_growth`."""
 
     @property
     def tree(self) -> int:
         """
-        of the run, from 0: trees grow side by side, and one that stalls makes room for the next
+        index of the tree, from 0; trees grow side by side, and a tree that stalls is replaced by a new one
         """
 
     @property
     def first(self) -> int:
-        """number of the first of these nodes in their tree"""
+        """index of the first new node in its tree"""
 
     @property
     def parents(self) -> list[int]:
-        """numbers of nodes in the tree, -1 of the root (nodes)"""
+        """index of each node's parent in the tree; -1 for the root (nodes)"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(nodes, n_q) [m, rad]"""
+        """configurations (nodes, n_q) [m, rad]"""
 
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """commands at q (nodes, n_a) [m or rad]"""
+        """commands at the configurations (nodes, n_a) [m or rad]"""
 
     @property
     def best(self) -> int:
-        """node of the tree that is nearest the goal"""
+        """index of the node that is nearest the goal"""
 
     @property
     def best_ratio(self) -> float:
-        """how far that one is, in tolerances"""
+        """distance of this node from the goal, in tolerances"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class TreeNode:
-    """A node of the search tree."""
+    """A node of the search tree of Algorithm 2."""
 
     @property
     def parent(self) -> int:
-        """-1 of the root"""
+        """index of the parent; -1 for the root"""
 
     @property
     def edge(self) -> SegmentKind:
-        """that leads to it"""
+        """kind of the edge from the parent"""
 
     @property
     def iteration(self) -> int:
-        """extensions up to the end of its round"""
+        """number of extensions when the node was added"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_q)"""
+        """configuration (n_q)"""
 
     @property
     def c_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """smoothed next configuration of the objects"""
+        """configuration of the objects after a smoothed step (n_qu)"""
 
     @property
     def B_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """their rows of B"""
+        """rows of B for the objects (n_vu, n_a)"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -1814,16 +2057,16 @@ class TreeNode:
 
 class RefusedMoves:
     """
-    Moves to new contacts from one node of a tree, of which some were refused.
+    Regrasps that were tried from one node of a search tree, of which some were refused.
     """
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the node (n_q)"""
+        """configuration of the node (n_q)"""
 
     @property
     def counts(self) -> dict[str, int]:
-        """as in PlanResult.regrasps"""
+        """counts by cause, as in PlanResult.regrasps"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -1831,31 +2074,34 @@ class RefusedMoves:
 
 class PlanContact:
     """
-    An active contact of a knot of a plan; rounded to 1e-6 where the plan was read from a file.
+    An active contact at a knot of a plan. Numbers are rounded to 1e-6 if the plan was read from a file.
     """
 
     @property
     def a(self) -> str:
-        """name of the geometry, as body/geometry"""
+        """name of the first geometry, as body/geometry"""
 
     @property
-    def b(self) -> str: ...
+    def b(self) -> str:
+        """name of the second geometry"""
 
     @property
     def point(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """in W, on the surface of b before the sub-step [m] (3)"""
+        """contact point in W, on the surface of b before the sub-step [m] (3)"""
 
     @property
     def normal(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """unit, from b to a (3)"""
+        """unit normal in W, from b to a (3)"""
 
     @property
     def force(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """in W, on a; its opposite acts on b [N] (3)"""
+        """
+        contact force in W, which acts on a; the opposite force acts on b [N] (3)
+        """
 
     @property
     def friction(self) -> float:
-        """coefficient of the pair"""
+        """friction coefficient of the pair"""
 
     @property
     def gap(self) -> float:
@@ -1869,38 +2115,38 @@ class PlanContact:
 
 class Trajectory:
     """
-    Commands over time, linear between knots, and the configurations that the plan predicts.
+    A plan with times: commands, linear between knots, and the configurations that the plan predicts.
     """
 
     @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the knots, the first one 0 [s] (knots)"""
+        """times of the knots, from 0 [s] (knots)"""
 
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(knots, n_a) [m or rad]"""
+        """commands (knots, n_a) [m or rad]"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(knots, n_q)"""
+        """predicted configurations (knots, n_q)"""
 
     @property
     def segments(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')]:
-        """of the plan, that led to the knot (knots)"""
+        """index of the plan's segment that leads to each knot (knots)"""
 
     @property
     def knots(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')]:
         """
-        rows of Plan.q: the knot of the plan whose sub-step ends here or is under way (knots)
+        row of Plan.q for each knot: the end of the sub-step that the knot belongs to (knots)
         """
 
     @property
     def speed(self) -> float:
-        """times the full timing of make_trajectory()"""
+        """factor on the full speed of make_trajectory()"""
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """time of the last knot [s]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -1910,9 +2156,16 @@ OPEN_LOOP_SPEED: float = 0.1
 
 def make_trajectory(plan: Plan, *, speed: float = 0.1, pause: float = 0.0) -> Trajectory:
     """
-    Times of the commands of a plan, at the speeds that follow from the object of its goal and from the motors (E.8), (E.13), and ahead of it by what the damping of objects on joints takes (E.17).
+    Gives times to the commands of a plan, for execution without feedback.
 
-    speed: times that full timing, > 0; above 1 only pushes are faster. Without feedback most plans hold at the default of 0.1, and few at 1. No command is faster than the `velocity` of the URDF, at any speed. pause: commands rest this long between pieces [s], >= 0. Raises InvalidInput.
+    The full speed follows from the object of the goal and from the motors (E.8), (E.13). If an object moves on a damped joint, the commands
+    lead the plan to compensate the damping (E.17).
+
+      speed: factor on the full speed, > 0. A factor above 1 makes only pushes faster. Without feedback most plans succeed at the default of
+        0.1, and few succeed at 1. At any speed, no command is faster than the `velocity` of the URDF.
+      pause: time for which the command is constant between pushes and regrasps [s], >= 0.
+
+    Returns a Trajectory. Raises InvalidInput.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> trajectory = st.make_trajectory(plan, speed=0.5)
@@ -1921,18 +2174,21 @@ def make_trajectory(plan: Plan, *, speed: float = 0.1, pause: float = 0.0) -> Tr
     """
 
 class Segment:
-    """A piece of a plan: knots one sub-step apart."""
+    """
+    A part of a plan with one kind of motion; its knots are one sub-step apart.
+    """
 
     @property
-    def kind(self) -> SegmentKind: ...
+    def kind(self) -> SegmentKind:
+        """Settle, Contact or Regrasp"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(knots, n_q)"""
+        """configurations (knots, n_q)"""
 
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(knots, n_a)"""
+        """commands (knots, n_a) [m or rad]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -1940,7 +2196,9 @@ class Segment:
 
 class Plan:
     """
-    Commands and predicted configurations from the start to (near) the goal, with the task. Can be pickled; a sequence of segments.
+    Commands and predicted configurations from the start towards the goal, together with the task.
+
+    A plan is a sequence of segments: plan[i] is a Segment and plan[i:j] is a Plan. It can be pickled.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> plan.q.shape == (len(plan.u), 5), len(plan) == len(plan.segments)
@@ -1951,29 +2209,32 @@ class Plan:
     """
 
     @property
-    def task(self) -> Task: ...
+    def task(self) -> Task:
+        """task that the plan was made for"""
 
     @property
     def options(self) -> PlannerOptions:
-        """that it was made with"""
+        """options with which the plan was made"""
 
     @property
     def status(self) -> Status:
-        """Solved: it reaches the goal"""
+        """Solved: the plan reaches the goal"""
 
     @property
-    def seed(self) -> int: ...
+    def seed(self) -> int:
+        """seed of the search"""
 
     @property
     def error(self) -> GoalError:
-        """of the object at the last knot"""
+        """distance of the object from the goal at the last knot"""
 
     @property
     def h(self) -> float:
-        """time step of a knot [s]"""
+        """time step of one knot [s]"""
 
     @property
-    def segments(self) -> list[Segment]: ...
+    def segments(self) -> list[Segment]:
+        """list of the segments"""
 
     def __len__(self) -> int: ...
 
@@ -1981,38 +2242,44 @@ class Plan:
 
     @overload
     def __getitem__(self, index: int) -> Segment:
-        """One of the segments. Raises IndexError."""
+        """Returns one segment. Raises IndexError."""
 
     @overload
     def __getitem__(self, segments: slice) -> Plan:
         """
-        Neighbouring segments as a plan, which starts where the one before them ends. Solved where it ends at the goal. Raises InvalidInput: no segment
+        Returns neighbouring segments as a plan. It starts at the end of the preceding segment, and is Solved if it ends at the goal. Raises InvalidInput: no segment.
         """
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """configurations, the start first (knots + 1, n_q)"""
+        """predicted configurations, the start first (knots + 1, n_q)"""
 
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """commands (knots + 1, n_a) [m or rad]"""
+        """commands, the start first (knots + 1, n_a) [m or rad]"""
 
     def write(self, file: str | os.PathLike) -> None:
         """
-        Writes the plan file that the program reads (docs/plan_file.md). Raises InvalidInput.
+        Writes the plan to a file, which read_plan() and the commands of the program read (docs/plan_file.md). Raises InvalidInput.
         """
 
     @property
     def contacts(self) -> list[list[PlanContact]]:
         """
-        active in the sub-step that led to each row of q; none at the start (knots + 1)
+        for each row of q, the contacts that were active in the sub-step before it (knots + 1); none at the start
         """
 
     def export(self, file: str | os.PathLike, *, format: str | None = None, trajectory: Trajectory | None = None) -> list[pathlib.Path]:
         """
-        Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, contacts.
+        Writes the motion over time in a format of other programs (docs/exports.md).
 
-        format: csv, npz, json, mcap or lerobot (a folder); None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
+        The file holds joint positions, commands, velocities, torques, object poses and contacts.
+
+          file: the file to write, or the folder for the format lerobot.
+          format: csv, npz, json, mcap or lerobot. None: the suffix of the file name decides.
+          trajectory: from make_trajectory(). None: a trajectory at the default speed.
+
+        Returns the paths of the written files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
 
             >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
             >>> [file.name for file in plan.export("motion.csv")]
@@ -2024,7 +2291,7 @@ class Plan:
 
     def to_text(self, folder: str | os.PathLike | None = None) -> str:
         """
-        The text of the file as it would stand in the folder; None: the working folder.
+        Returns the text of the plan file. The path of the task in it is relative to `folder`; None: the working folder.
         """
 
     def __getstate__(self) -> tuple[str, str]: ...
@@ -2035,7 +2302,9 @@ class Plan:
 
 def read_plan(file: str | os.PathLike) -> Plan:
     """
-    A plan from its file, or the folder of a plan.json, with the task it was made for. Raises InvalidInput: "FILE: field: got …, expected …", also where the scene of the task is another one by now.
+    Reads a plan from a file, or from a folder that has a plan.json, and loads the task that the plan was made for.
+
+    Raises InvalidInput with the text "FILE: field: got …, expected …", also if the scene of the task has changed since.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> plan.write("plan.json")
@@ -2045,7 +2314,11 @@ def read_plan(file: str | os.PathLike) -> Plan:
 
 def parse_plan(text: str, folder: str | os.PathLike | None = None) -> Plan:
     """
-    A plan from the text of its file. folder: in which the text stands, None: the working folder. Raises InvalidInput.
+    Makes a plan from the text of a plan file, as Plan.to_text() returns it.
+
+      folder: folder to which the path of the task in the text is relative. None: the working folder.
+
+    Raises InvalidInput.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> st.parse_plan(plan.to_text()).seed
@@ -2053,43 +2326,51 @@ def parse_plan(text: str, folder: str | os.PathLike | None = None) -> Plan:
     """
 
 class RefineResult:
-    """What came of a refinement."""
+    """Result of refine(): the refined plan and what changed."""
 
     @property
-    def status(self) -> Status: ...
+    def status(self) -> Status:
+        """see refine()"""
 
     @property
     def plan(self) -> Plan:
-        """the refined plan, or the given one"""
+        """the refined plan, or the given plan if it could not be refined"""
 
     @property
     def variant(self) -> str:
-        """shortened, reconnected or unchanged"""
+        """kind of the result: refined or unchanged"""
 
     @property
     def pushes(self) -> tuple[int, int]:
-        """before and after"""
+        """number of pushes (before, after)"""
 
     @property
     def regrasps(self) -> tuple[int, int]:
-        """before and after"""
+        """number of regrasps (before, after)"""
 
     @property
     def least_clearance(self) -> float:
-        """of the regrasps that were planned anew [m]; 0 without any"""
+        """
+        smallest clearance of the regrasps that were planned again [m]; 0: there was no such regrasp
+        """
 
     @property
     def rest_planned_anew(self) -> int:
-        """searches for what small steps left of the plan"""
+        """
+        number of searches for the rest of the plan after a push that missed its end in small steps
+        """
 
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """number of steps that were simulated"""
 
     @property
-    def failed_steps(self) -> int: ...
+    def failed_steps(self) -> int:
+        """number of steps without a solution"""
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time [s]"""
 
     def __repr__(self) -> str: ...
 
@@ -2099,11 +2380,18 @@ class RefineResult:
 
 def refine(plan: Plan, *, options: PlannerOptions | dict | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None) -> RefineResult:
     """
-    Makes a plan shorter and its regrasps wider (docs/theory/refinement.md).
+    Shortens a plan and gives its regrasps more clearance (docs/theory/refinement.md). Use it before a plan is executed.
 
-    plan: one that is Solved. options: PlannerOptions, or a dict of those that differ; None: those that the plan was made with. threads: 0 for all cores; the result does not depend on them. timeout_s: [s] > 0.
+    Refinement drops pushes that move nothing, follows the others in small time steps, and plans the motions between them again.
 
-    status: Solved; MaxIterations (time used up) and Cancelled: refined at its own steps, or the given plan; NumericalFailure: the given plan does not reach its goal. Raises InvalidInput.
+      plan: a plan with the status Solved.
+      options: PlannerOptions, or a dict with the options to change. None: the options with which the plan was made.
+      threads: 0: all cores. None: as in the options. The result does not depend on this number.
+      timeout_s: largest wall time [s], > 0.
+      on_progress: function that is called with Progress. Ctrl-C, an error in the function or the return value False stop the refinement.
+
+    Returns a RefineResult. Its status is Solved; MaxIterations (time used up) or Cancelled: the plan is refined at its own time step, or is
+    the given plan; NumericalFailure: the given plan does not reach its goal. Raises InvalidInput.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> refined = st.refine(plan)
@@ -2112,28 +2400,31 @@ def refine(plan: Plan, *, options: PlannerOptions | dict | None = None, threads:
     """
 
 class CheckItem:
-    """One figure of a check."""
+    """One result of check_plan(): a value and its limit."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the item"""
 
     @property
     def value(self) -> float:
-        """in `unit`"""
+        """measured value, in `unit`"""
 
     @property
     def limit(self) -> float | None:
-        """the largest good value; None: reported, not judged"""
+        """largest value that passes; None: the value is reported but not judged"""
 
     @property
-    def unit(self) -> str: ...
+    def unit(self) -> str:
+        """unit of value and limit, such as m; empty: no unit"""
 
     @property
-    def pass_(self) -> bool: ...
+    def pass_(self) -> bool:
+        """True: the value is within the limit"""
 
     @property
     def where(self) -> str:
-        """what and where the worst was"""
+        """body, joint or knot with the worst value; may be empty"""
 
     def __repr__(self) -> str: ...
 
@@ -2142,34 +2433,38 @@ class CheckItem:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class CheckReport:
-    """What came of a check."""
+    """Result of check_plan(): the verdict and the items behind it."""
 
     @property
     def pass_(self) -> bool:
-        """the verdict"""
+        """True: the plan passed every check"""
 
     @property
     def status(self) -> Status:
         """Solved: all checks were made"""
 
     @property
-    def items(self) -> list[CheckItem]: ...
+    def items(self) -> list[CheckItem]:
+        """results of the single checks"""
 
     def at(self, name: str) -> CheckItem:
-        """one item by its name. Raises InvalidInput: no such item"""
+        """Returns the item of this name. Raises InvalidInput: no such item."""
 
     @property
-    def knots(self) -> int: ...
+    def knots(self) -> int:
+        """number of knots that were checked"""
 
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """number of steps that were simulated"""
 
     @property
     def threshold_N(self) -> float:
-        """contacts with less force than this are not looked at [N]"""
+        """contacts with a smaller force than this are ignored [N]"""
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time [s]"""
 
     def __repr__(self) -> str: ...
 
@@ -2179,7 +2474,12 @@ class CheckReport:
 
 def check_plan(plan: Plan) -> CheckReport:
     """
-    Simulates a plan anew with the exact dynamics at half the sub-step, and compares every number in it with what comes out and with its task. The check shares nothing with the planner.
+    Checks a plan independently of the planner: does it reach the goal, and are its forces physically possible?
+
+    The check simulates the plan again with the exact dynamics, at half of the plan's sub-step. It compares the numbers stored in the plan with
+    this simulation and with the task, and shares no planning code with the planner.
+
+    Returns a CheckReport: its attribute pass_ is the verdict, and its items give the single checks.
 
         >>> report = st.check_plan(st.plan(st.load_task("planar_pushing"), seed=0).plan)
         >>> report.pass_, report.at("goal_position").unit
@@ -2187,84 +2487,101 @@ def check_plan(plan: Plan) -> CheckReport:
     """
 
 class PlanResult:
-    """What came of a search."""
+    """Result of plan(): the plan, its status, and statistics of the search."""
 
     @property
     def plan(self) -> Plan:
-        """the best path found, also where it is not Solved"""
+        """best plan found, also if the status is not Solved"""
 
     @property
     def status(self) -> Status: ...
 
     @property
     def reason(self) -> str:
-        """
-        why not Solved, where there is more to say than that the budget was used up
-        """
+        """why there is no solution, if the reason is not a used-up budget"""
 
     @property
     def options(self) -> PlannerOptions:
-        """that the plan was made with"""
+        """options with which the plan was made"""
 
     @property
     def seed(self) -> int: ...
 
     @property
     def cost(self) -> float:
-        """of the plan: time of its commands and a price for each regrasp [s]"""
+        """
+        cost of the plan: duration of its commands plus a cost for each regrasp [s]
+        """
 
     @property
     def start_penetration(self) -> float:
-        """deepest of the given start [m], >= 0"""
+        """deepest penetration in the given start [m], >= 0"""
 
     @property
     def iterations(self) -> int:
-        """extensions of the tree"""
+        """number of extensions of the trees"""
 
     @property
-    def linearisations(self) -> int: ...
+    def linearisations(self) -> int:
+        """number of smoothed steps with the derivative B"""
 
     @property
-    def nodes(self) -> int: ...
+    def nodes(self) -> int:
+        """number of nodes"""
 
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """number of exact steps"""
 
     @property
-    def failed_steps(self) -> int: ...
+    def failed_steps(self) -> int:
+        """number of steps without a solution"""
 
     @property
     def profile(self) -> dict[str, tuple[float, int]]:
         """
-        activity -> (processor time [s], calls); all 0 with the options `thesis`
+        processor time [s] and number of calls for each activity: {name: (time, calls)}; all 0 with the option `thesis`
         """
 
     @property
     def regrasps(self) -> dict[str, int]:
         """
-        how many moves to new contacts were tried and accepted, and what refused the others
+        number of regrasps that were tried and accepted, and the number refused for each cause
         """
 
     @property
     def refused(self) -> list[RefusedMoves]:
         """
-        where moves to new contacts were refused until there was a plan, by nodes of the trees; none with the option `thesis`
+        nodes from which regrasps were refused before a plan was found; empty with the option `thesis`
         """
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time of the search [s]"""
 
     @property
     def tree(self) -> list[TreeNode]:
-        """its nodes, the root first, of a search with the option `thesis`"""
+        """
+        nodes of the search tree, the root first; only with the option `thesis`
+        """
 
     @property
     def tree_errors(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """distances of the nodes in `tree` from the goal [m], [rad] (nodes, 2)"""
+        """
+        distance of each node of `tree` from the goal: position [m], angle [rad] (nodes, 2)
+        """
 
     def packing_ratio(self, threshold: float = 3.0, samples: int = 1000, seed: int = 0) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        (3.9) after each node in `tree`, by the boxes and γ of the task (nodes)
+        Packing ratio (3.9) of the search tree after each of its nodes (nodes).
+
+        The packing ratio is the share of sampled configurations that lie within `threshold` of a node.
+
+          threshold: η in (3.9), > 0.
+          samples: number of configurations, drawn from the sample boxes of the task.
+          seed: of these samples.
+
+        The regularisation γ is the value of the task.
         """
 
     def __repr__(self) -> str: ...
@@ -2275,11 +2592,22 @@ class PlanResult:
 
 def plan(task: Task, *, q_start: numpy.typing.ArrayLike | None = None, u_start: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None, on_growth: Callable[[Growth], None] | None = None) -> PlanResult:
     """
-    Plans a path of the object to the goal (Algorithms 2 and 3).
+    Searches for a motion of the robot that moves the object from the start to the goal of a task (Algorithms 2 and 3).
 
-    q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search, so does False, which keeps the best path so far (Cancelled). on_growth: called with Growth, the nodes that a tree gained; the plan is the same with it.
+      task: Task with the model, the start and the goal.
+      q_start: measured configuration from which to plan (n_q). Overlaps of bodies are removed first. None: the start of the task.
+      u_start: measured commands at q_start (n_a) [m or rad]; they give the load of the joint springs at the start. None: each joint is
+        commanded to its position in q_start.
+      options: PlannerOptions, or a dict with the options to change. None: the options of the task.
+      seed: of the random samples. None: the seed of the options.
+      threads: 0: all cores. None: as in the options. The plan does not depend on this number.
+      timeout_s: largest wall time [s], > 0.
+      on_progress: function that is called with Progress. Ctrl-C or an error in the function stops the search. The return value False also
+        stops the search, and plan() returns the best plan so far with the status Cancelled.
+      on_growth: function that is called with Growth, the new nodes of a search tree. It does not change the plan.
 
-    status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest at the start). Raises InvalidInput.
+    Returns a PlanResult. Its status is Solved; MaxIterations: the time or the budget was used up, or see `reason`; Cancelled; or
+    NumericalFailure: the objects do not come to rest at the start. Raises InvalidInput.
 
         >>> task = st.load_task("planar_pushing")
         >>> result = st.plan(task, seed=0)
@@ -2290,67 +2618,77 @@ def plan(task: Task, *, q_start: numpy.typing.ArrayLike | None = None, u_start: 
     """
 
 class CostTerms:
-    """Parts of the cost (T.1) of a trajectory."""
+    """Terms of the cost of a trajectory (T.1)."""
 
     @property
     def objects(self) -> float:
-        """tracking of the objects before the end"""
+        """tracking error of the objects before the final time"""
 
     @property
     def objects_final(self) -> float:
-        """and at the end"""
+        """tracking error of the objects at the final time"""
 
     @property
-    def robots(self) -> float: ...
+    def robots(self) -> float:
+        """tracking error of the robots before the final time"""
 
     @property
-    def robots_final(self) -> float: ...
+    def robots_final(self) -> float:
+        """tracking error of the robots at the final time"""
 
     @property
     def input(self) -> float:
-        """changes of the command"""
+        """changes of the command between steps"""
 
     @property
-    def total(self) -> float: ...
+    def total(self) -> float:
+        """sum of the terms"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class IterationLog:
-    """What an iteration came to."""
+    """One iteration of optimize()."""
 
     @property
     def cost(self) -> CostTerms:
-        """of the trajectory after this iteration"""
+        """cost of the trajectory after this iteration"""
 
     @property
     def best(self) -> float:
-        """lowest total so far"""
+        """lowest total cost so far"""
 
     @property
     def length(self) -> float:
-        """of the accepted step; 0: none was"""
+        """length of the accepted step, 1: the full step; 0: no step was accepted"""
 
     @property
     def sharpness(self) -> float:
-        """kappa [1/J], or the standard deviation of u"""
+        """
+        smoothing of the iteration: kappa [1/J], or the largest standard deviation of u [rad or m]; 0: exact
+        """
 
     @property
-    def qp_iterations(self) -> int: ...
+    def qp_iterations(self) -> int:
+        """number of iterations of the QP solver"""
 
     @property
-    def failed_models(self) -> int: ...
+    def failed_models(self) -> int:
+        """number of time steps whose local model had no solution"""
 
     @property
-    def elapsed_s(self) -> float: ...
+    def elapsed_s(self) -> float:
+        """wall time since the start [s]"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class OptimizeResult:
-    """The best trajectory of an optimisation."""
+    """
+    Result of optimize(): the best trajectory and the history of the iterations.
+    """
 
     @property
     def status(self) -> Status: ...
@@ -2361,23 +2699,27 @@ class OptimizeResult:
 
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """commands (T, n_a)"""
+        """commands of the best trajectory (T, n_a) [m or rad]"""
 
     @property
-    def cost(self) -> CostTerms: ...
+    def cost(self) -> CostTerms:
+        """cost of the best trajectory"""
 
     @property
     def history(self) -> list[IterationLog]:
-        """the guess first"""
+        """iterations, the initial guess first"""
 
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """number of steps that were computed"""
 
     @property
-    def linearisations(self) -> int: ...
+    def linearisations(self) -> int:
+        """number of local models that were computed"""
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time [s]"""
 
     def __repr__(self) -> str: ...
 
@@ -2387,19 +2729,27 @@ class OptimizeResult:
 
 def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool | numpy.bool_ = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], bool | None] | None = None, section: dict | None = None, reference: numpy.typing.ArrayLike | None = None, u_guess: numpy.typing.ArrayLike | None = None, u_before: numpy.typing.ArrayLike | None = None) -> OptimizeResult:
     """
-    Optimises a trajectory by the section `optimize` of the task (iMPC, Alg. 1).
+    Optimises a trajectory through contact by iterative MPC (iMPC, Alg. 1).
 
-      scheme: exact, analytic, randomized-first or randomized-zeroth; solver: sweep or receding; iterations: at most; None: as the task says.
-      forces: with the contact trust region.
-      seed: of the randomised schemes.
-      timeout_s: [s] > 0.
-      threads: 0 for all cores; the result does not depend on it.
-      on_progress: called with Progress; Ctrl-C and an error in it stop the run.
-      section: in place of the section `optimize` of the task, a dict with its keys.
-      reference: configurations to follow, the start first (T + 1, n_q), with the dynamics of the planner; None: the goal all the time. u_guess: commands to begin with (T, n_a); None:
-        those of the start all the time. u_before: the command before the first one (n_a); None: the joints of the start.
+    Use it to improve a motion near an initial guess; plan() searches for a motion from scratch. The section `optimize` of the task gives the
+    weights, the horizon and the defaults.
 
-    status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
+      task: Task with a section `optimize`.
+      scheme: local model: exact, analytic, randomized-first or randomized-zeroth. None: as in the task.
+      solver: sweep or receding. None: as in the task.
+      iterations: largest number of iterations. None: as in the task.
+      forces: True: use the contact trust region.
+      seed: of the randomised schemes. None: as in the task.
+      timeout_s: largest wall time [s], > 0.
+      threads: 0: all cores. The result does not depend on this number.
+      on_progress: function that is called with Progress. Ctrl-C, an error in the function or the return value False stop the optimisation.
+      section: dict with the keys of the section `optimize`, which replaces the section of the task.
+      reference: configurations to track, the start first (T + 1, n_q). The step has the options of the planner then. None: the goal at all times.
+      u_guess: initial guess of the commands (T, n_a) [m or rad]. None: the commands of the start at all times.
+      u_before: command before the first one (n_a) [m or rad]. None: the joint positions of the start.
+
+    Returns an OptimizeResult. Its status is Solved; or MaxIterations (time used up) or Cancelled, with the best trajectory so far. Raises
+    InvalidInput.
 
         >>> result = st.optimize(st.load_task("impc_planar_pushing"), iterations=2)
         >>> result.status, len(result.q) == len(result.u) + 1
@@ -2407,30 +2757,37 @@ def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None
     """
 
 class Finding:
-    """Something in a task that is hardly what was meant."""
+    """Likely mistake in a task, as lint() reports it."""
 
     @property
-    def kind(self) -> str: ...
+    def kind(self) -> str:
+        """kind of the mistake"""
 
     @property
     def message(self) -> str:
-        """field or body, what was found, what was likely meant"""
+        """
+        field or body, the value that was found, and the value that was likely meant
+        """
 
     @property
     def where(self) -> str:
-        """start or goal, where it is a matter of one of them; else empty"""
+        """start or goal, if the mistake is in one of them; otherwise empty"""
 
     @property
     def names(self) -> list[str]:
-        """geometries (body/geometry) or the object that it is about"""
+        """names of the geometries (body/geometry) or of the object"""
 
     @property
     def p_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')] | None:
-        """of an overlap or a gap, halfway between the nearest points [m] (3)"""
+        """
+        place of an overlap or a gap in W, halfway between the nearest points [m] (3)
+        """
 
     @property
     def amount(self) -> float | None:
-        """depth of an overlap, width of a gap, or what is missing to reach [m]"""
+        """
+        depth of an overlap, width of a gap, or distance by which the robot cannot reach [m]
+        """
 
     def __repr__(self) -> str: ...
 
@@ -2440,104 +2797,116 @@ class Finding:
 
 def lint(task: Task) -> list[Finding]:
     """
-    Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong.
+    Checks a task for likely mistakes before you plan it: overlaps, objects without support, goals out of reach, and wrong units.
+
+    Returns a list of Finding; an empty list if nothing was found.
 
         >>> st.lint(st.load_task("planar_pushing"))
         []
     """
 
 class SolveRun:
-    """One run of a plan in the second-order simulation."""
+    """One run of a plan in the second-order simulation, without feedback."""
 
     @property
     def friction(self) -> float:
         """factor of every coefficient of friction"""
 
     @property
-    def status(self) -> Status: ...
+    def status(self) -> Status:
+        """Solved: the run came to its end"""
 
     @property
     def reached(self) -> bool:
-        """the goal, within its tolerances"""
+        """True: the object is within the tolerances of the goal"""
 
     @property
     def dropped(self) -> bool:
-        """an object fell"""
+        """True: an object fell"""
 
     @property
     def lost(self) -> bool:
-        """the object left the plan behind"""
+        """True: the object is too far from its plan, and the run was ended"""
 
     @property
     def duration_s(self) -> float:
-        """simulated [s]"""
+        """simulated time [s]"""
 
     @property
     def error(self) -> GoalError:
-        """of the object at the end"""
+        """distance of the object from the goal at the end"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class SolveTry:
-    """What became of one seed."""
+    """Result of solve() for one seed."""
 
     @property
-    def seed(self) -> int: ...
+    def seed(self) -> int:
+        """seed of the search"""
 
     @property
     def status(self) -> Status:
-        """of the search"""
+        """status of the search"""
 
     @property
-    def reason(self) -> str: ...
+    def reason(self) -> str:
+        """why the search has no solution"""
 
     @property
     def plan(self) -> Plan:
-        """the refined plan where there is one"""
+        """refined plan, if there is one"""
 
     @property
     def accepted(self) -> bool:
-        """by check_plan()"""
+        """True: check_plan() accepts the plan"""
 
     @property
     def runs(self) -> list[SolveRun]:
-        """the first alone where it misses the goal, else one per friction"""
+        """
+        one run for each friction factor; only the first run if that misses the goal
+        """
 
     @property
     def holds(self) -> bool:
-        """every run reached the goal"""
+        """True: every run reached the goal"""
 
     @property
-    def plan_s(self) -> float: ...
+    def plan_s(self) -> float:
+        """wall time of planning [s]"""
 
     @property
-    def refine_s(self) -> float: ...
+    def refine_s(self) -> float:
+        """wall time of refinement [s]"""
 
     @property
-    def simulate_s(self) -> float: ...
+    def simulate_s(self) -> float:
+        """wall time of simulation [s]"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class SolveResult:
-    """What became of all seeds."""
+    """Result of solve(): the best try and all tries."""
 
     @property
-    def status(self) -> Status: ...
+    def status(self) -> Status:
+        """see solve()"""
 
     @property
     def best(self) -> SolveTry:
-        """the first that holds, else the best one"""
+        """the first try whose runs all reach the goal, or else the best try"""
 
     @property
     def tries(self) -> list[SolveTry]:
-        """in the order of their seeds"""
+        """all tries, in the order of their seeds"""
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time [s]"""
 
     def __repr__(self) -> str: ...
 
@@ -2547,16 +2916,23 @@ class SolveResult:
 
 def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, tries: int = 20, friction: Sequence[float] = [1.0], speed: float = 0.1, threads: int = 0, timeout_s: float = 120.0, on_progress: Callable[[Progress], bool | None] | None = None) -> SolveResult:
     """
-    Plans, refines, checks and simulates seeds until one reaches its goal in the second-order simulation.
+    Searches for a plan that reaches its goal in the second-order simulation, without feedback.
 
-      options: of the planner: PlannerOptions, or a dict of those that differ from the task's; None: the task's.
-      seed: of the first try, the next ones count up; None: that of the options. tries: at most, >= 1.
-      friction: the goal has to be reached with every coefficient of friction times each of these, >= 0.
-      speed: of the runs, times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster.
-      threads: 0 for all cores; the result does not depend on it. timeout_s: of all tries [s], > 0.
-      on_progress: called with Progress; Ctrl-C and an error in it stop the run.
+    For one seed after the other it plans, refines, checks and simulates, until a plan reaches the goal under every friction factor.
 
-    status: Solved: best.holds; MaxIterations: no try holds, or time used up; Cancelled. Raises InvalidInput.
+      task: Task.
+      options: of the planner: PlannerOptions, or a dict with the options to change. None: the options of the task.
+      seed: of the first try; the following tries count up from it. None: the seed of the options.
+      tries: largest number of tries, >= 1.
+      friction: factors of every coefficient of friction, >= 0. The plan has to reach the goal with each of them.
+      speed: of the simulated runs, a factor on the full speed that follows from the object and the motors (E.13), > 0. A factor above 1 makes
+        only pushes faster.
+      threads: 0: all cores. The result does not depend on this number.
+      timeout_s: largest wall time of all tries [s], > 0.
+      on_progress: function that is called with Progress. Ctrl-C, an error in the function or the return value False stop the search.
+
+    Returns a SolveResult. Its status is Solved: all runs of `best` reach the goal; MaxIterations: no such plan was found, or the time was used
+    up; or Cancelled. Raises InvalidInput.
 
         >>> found = st.solve(st.load_task("planar_pushing"), seed=0, tries=1, speed=20.0)
         >>> [(one.seed, one.status) for one in found.tries]
@@ -2565,105 +2941,119 @@ def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int
 
 class PieceError:
     """
-    Planned against simulated pose of the object over one piece (3.10)-(3.12).
+    Difference of the planned and the simulated object pose over one push or regrasp (3.10)-(3.12).
     """
 
     @property
     def mean_position(self) -> float:
-        """[m]"""
+        """mean position error over time (3.10) [m]"""
 
     @property
     def mean_angle(self) -> float:
-        """[rad]"""
+        """mean angle error over time (3.10) [rad]"""
 
     @property
     def start_position(self) -> float:
-        """[m]"""
+        """position error at the start [m]"""
 
     @property
     def start_angle(self) -> float:
-        """[rad]"""
+        """angle error at the start [rad]"""
 
     @property
     def end_position(self) -> float:
-        """[m]"""
+        """position error at the end [m]"""
 
     @property
     def end_angle(self) -> float:
-        """[rad]"""
+        """angle error at the end [rad]"""
 
     @property
     def length_position(self) -> float:
-        """of the planned path [m]"""
+        """length of the object's planned path (3.12) [m]"""
 
     @property
     def length_angle(self) -> float:
-        """of the planned path [rad]"""
+        """rotation along the object's planned path (3.12) [rad]"""
 
     @property
     def normalised_position(self) -> float | None:
         """
-        None where the plan moves the object by less than a thousandth of its length
+        mean position error divided by the path length (3.11); None: the plan moves the object by less than a thousandth of its length
         """
 
     @property
-    def normalised_angle(self) -> float | None: ...
+    def normalised_angle(self) -> float | None:
+        """
+        mean angle error divided by the planned rotation (3.11); None: the plan does not turn the object
+        """
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class PieceReport:
-    """A push or a regrasp of a run beside its plan."""
+    """Errors of one push or regrasp in the simulation."""
 
     @property
     def kind(self) -> SegmentKind:
         """Contact or Regrasp"""
 
     @property
-    def first_segment(self) -> int: ...
+    def first_segment(self) -> int:
+        """index of its first segment in the plan"""
 
     @property
-    def last_segment(self) -> int: ...
+    def last_segment(self) -> int:
+        """index of its last segment in the plan"""
 
     @property
-    def begin_s(self) -> float: ...
+    def begin_s(self) -> float:
+        """simulated time of its start [s]"""
 
     @property
-    def end_s(self) -> float: ...
+    def end_s(self) -> float:
+        """simulated time of its end [s]"""
 
     @property
     def in_plan(self) -> PieceError | None:
         """
-        with what earlier pieces left behind; None where the whole run ended before
+        errors in the run of the whole plan, errors of earlier pieces included; None: that run ended earlier
         """
 
     @property
     def alone(self) -> PieceError | None:
-        """started from the planned state; None for regrasps"""
+        """errors in a run that starts from the planned state; None for regrasps"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class TransferResult:
-    """A plan run open loop, beside what it predicts."""
+    """
+    Result of transfer(): a plan executed without feedback, compared with its prediction.
+    """
 
     @property
     def status(self) -> Status: ...
 
     @property
-    def message(self) -> str: ...
+    def message(self) -> str:
+        """reason of a numerical failure"""
 
     @property
-    def pieces(self) -> list[PieceReport]: ...
+    def pieces(self) -> list[PieceReport]:
+        """errors of each push and regrasp"""
 
     @property
     def error(self) -> GoalError:
-        """of the object at the end"""
+        """distance of the object from the goal at the end"""
 
     @property
-    def reached(self) -> bool: ...
+    def reached(self) -> bool:
+        """
+        True: the whole plan was run, and the object is within the tolerances of the goal
+        """
 
     @property
     def dropped(self) -> int | None:
@@ -2671,7 +3061,7 @@ class TransferResult:
 
     @property
     def dropped_s(self) -> float:
-        """and when [s]"""
+        """simulated time at which the object fell [s]"""
 
     @property
     def max_depth(self) -> float:
@@ -2679,26 +3069,27 @@ class TransferResult:
 
     @property
     def duration_s(self) -> float:
-        """simulated [s]"""
+        """simulated duration of the run [s]"""
 
     @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """[s] (samples)"""
+        """times of the samples [s] (samples)"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """simulated (samples, n_q)"""
+        """simulated configurations (samples, n_q)"""
 
     @property
     def q_plan(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """planned (samples, n_q)"""
+        """planned configurations (samples, n_q)"""
 
     @property
     def piece(self) -> list[int]:
-        """index into pieces (samples)"""
+        """index into `pieces` (samples)"""
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time [s]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -2706,32 +3097,40 @@ class TransferResult:
 
 class SpeedLimits:
     """
-    Speeds of commands that are the same for any object and robot (E.1), (E.8), (E.9).
+    Fixed speed limits of commands, which do not depend on the object or the robot (E.1), (E.8), (E.9).
     """
 
     def __init__(self, *, revolute: float = 0.1, prismatic: float = 0.0125, regrasp_factor: float = 4.0, load_time: float = 0.5, pause: float = 4.0) -> None:
         """
-        revolute [rad/s] and prismatic [m/s] while pushing, regrasps regrasp_factor times as fast, all > 0; springs take up the weight of the lightest object in load_time [s] and commands rest for pause [s] between pieces, both >= 0. Raises InvalidInput.
+        Fixed speed limits.
+
+          revolute, prismatic: largest speed of a command during pushes [rad/s], [m/s], > 0.
+          regrasp_factor: regrasps are this many times as fast, > 0.
+          load_time: time in which joint springs take up the weight of the lightest object [s], >= 0.
+          pause: time for which the command is constant between pushes and regrasps [s], >= 0.
+
+        Raises InvalidInput.
         """
 
     @property
     def revolute(self) -> float:
-        """[rad/s]"""
+        """largest speed of revolute joints in pushes [rad/s]"""
 
     @property
     def prismatic(self) -> float:
-        """[m/s]"""
+        """largest speed of prismatic joints in pushes [m/s]"""
 
     @property
-    def regrasp_factor(self) -> float: ...
+    def regrasp_factor(self) -> float:
+        """factor on the speeds in regrasps"""
 
     @property
     def load_time(self) -> float:
-        """[s]"""
+        """time in which springs take up the weight of the lightest object [s]"""
 
     @property
     def pause(self) -> float:
-        """[s]"""
+        """time of constant commands between pushes and regrasps [s]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -2739,24 +3138,29 @@ class SpeedLimits:
 
 def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: SpeedLimits | None = None, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, mass_scale: float = 1.0, start_error: numpy.typing.ArrayLike | None = None, velocity_reference: bool | numpy.bool_ = True, hold: float = 4.0, whole: bool | numpy.bool_ = True, alone: bool | numpy.bool_ = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
-    Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
+    Executes a plan without feedback in the second-order simulation and compares the motion with the plan (3.10)-(3.12).
 
-      speed: times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster. Without feedback most plans hold at
-        the default of 0.1, and few at 1.
-      pause: commands rest this long between pieces [s], >= 0.
-      uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
-      substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
-      rest_time: in which objects on joints come to rest [s].
+      plan: Plan.
+      speed: factor on the full speed that follows from the object and the motors (E.13), > 0. A factor above 1 makes only pushes faster.
+        Without feedback most plans succeed at the default of 0.1, and few succeed at 1.
+      pause: time for which the command is constant between pushes and regrasps [s], >= 0.
+      uniform: SpeedLimits that replace speed and pause; the commands are then those of the plan, without lead for damping (E.1). None: not used.
+      substeps: number of steps in which every contact edge of the plan is predicted again before the comparison. None: the prediction of the
+        plan.
+      rest_time: time in which objects on joints come to rest [s].
       friction_scale, mass_scale: factors of every coefficient of friction, >= 0, and of the mass of every object, > 0.
-      start_error: by what the objects are off their start in their tangent (n_vu) [m, rad]; overlaps are moved apart. None: not at all.
-      velocity_reference: damping of the joint springs acts on the difference to the commanded velocity; else on the velocity, so that
-        joints lag behind their commands, as in the thesis.
-      hold: the last command is held so long before the goal is judged [s].
-      whole: run the whole plan. alone: run every push by itself from its planned start.
-      threads: for those; 0 for all cores; the result does not depend on it.
-      timeout_s: [s] > 0; None: as long as it takes.
+      start_error: displacement of the objects from their start in tangent coordinates (n_vu) [m, rad]. Overlaps that result are removed. None:
+        no displacement.
+      velocity_reference: True: damping of the joint springs acts on the difference of commanded and actual velocity. False: it acts on the
+        actual velocity, so that joints lag behind their commands, as in the thesis.
+      hold: time for which the last command is held before the goal is judged [s].
+      whole: True: run the whole plan.
+      alone: True: also run every push by itself from its planned start.
+      threads: for the runs of single pushes; 0: all cores. The result does not depend on this number.
+      timeout_s: largest wall time [s], > 0. None: no limit.
 
-    status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+    Returns a TransferResult. Its status is Solved if the run came to its end, whether or not the goal was reached; MaxIterations: the time was
+    used up; or NumericalFailure: `message` gives the reason. Raises InvalidInput.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> run = st.transfer(plan, speed=20.0, pause=0.2, hold=0.2, alone=False)
@@ -2765,41 +3169,51 @@ def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: Spe
     """
 
 class ErrorSets:
-    """Sets in which the errors of a model lie (docs/theory/tube.md)."""
+    """
+    Bounds on the errors of a model: start pose, friction, mass and contact geometry (docs/theory/tube.md).
+    """
 
     def __init__(self, *, position: float = 0.002, angle: float = 0.03490658503988659, friction: float = 0.3, mass: float = 0.3, contact: float = 0.005) -> None:
         """
-        position [m] and angle [rad]: of objects at the start, >= 0. friction, mass: shares by which every coefficient of friction and the mass of every object are off at most, in [0, 1). contact: of the gap of a contact, in lengths of the object of the goal, >= 0. Raises InvalidInput.
+        Bounds on the errors of a model.
+
+          position, angle: largest error of an object's pose at the start [m], [rad], >= 0.
+          friction, mass: largest relative error of the coefficients of friction and of the masses of the objects, in [0, 1).
+          contact: largest error of the gap of a contact, in lengths of the object of the goal, >= 0.
+
+        Raises InvalidInput.
         """
 
     @property
     def position(self) -> float:
-        """[m]"""
+        """bound on the position error of objects at the start [m]"""
 
     @property
     def angle(self) -> float:
-        """[rad]"""
+        """bound on the angle error of objects at the start [rad]"""
 
     @property
-    def friction(self) -> float: ...
+    def friction(self) -> float:
+        """bound on the relative error of friction"""
 
     @property
-    def mass(self) -> float: ...
+    def mass(self) -> float:
+        """bound on the relative error of masses"""
 
     @property
     def contact(self) -> float:
-        """in lengths of the object"""
+        """bound on the error of a gap, in lengths of the object"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class WorldError:
-    """One world in sets of errors."""
+    """One sample of the model errors, as draw_world() returns it."""
 
     @property
     def start(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the objects in their tangent (n_vu) [m, rad]"""
+        """error of the objects' start in tangent coordinates (n_vu) [m, rad]"""
 
     @property
     def friction(self) -> float:
@@ -2815,7 +3229,11 @@ class WorldError:
 
 def draw_world(plan: Plan, errors: ErrorSets = ..., *, seed: int = 0, index: int = 0) -> WorldError:
     """
-    A random world in the sets around the start of a plan: another one for each index, the same ones for a seed.
+    Draws a random sample of the model errors within their bounds, for the start of a plan.
+
+      plan: Plan whose start and model are used.
+      errors: ErrorSets with the bounds.
+      seed, index: each index gives another sample; the same seed and index give the same sample.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> world = st.draw_world(plan, st.ErrorSets(friction=0.0), index=3)
@@ -2824,7 +3242,7 @@ def draw_world(plan: Plan, errors: ErrorSets = ..., *, seed: int = 0, index: int
     """
 
 class TubeRest:
-    """Where the object is at the end of a push or a regrasp."""
+    """Bound on the object's pose at the end of a push or a regrasp."""
 
     @property
     def kind(self) -> SegmentKind:
@@ -2832,67 +3250,71 @@ class TubeRest:
 
     @property
     def last_segment(self) -> int:
-        """of the plan, which ends here"""
+        """index of the plan's last segment before this rest"""
 
     @property
     def centre(self) -> Pose:
-        """pose that the bound is around"""
+        """centre of the bound, a pose in W"""
 
     @property
     def offset(self) -> GoalError:
-        """of the centre from where the plan has the object"""
+        """distance of the centre from the planned pose"""
 
     @property
     def position(self) -> float:
-        """the object is within this of the centre [m]"""
+        """largest distance of the object from the centre [m]"""
 
     @property
     def angle(self) -> float:
         """
-        and turned from it by this at most [rad]; infinite where a scenario was lost
+        largest angle of the object from the centre [rad]; infinite if a scenario failed
         """
 
     @property
     def scenarios(self) -> list[Pose]:
-        """poses in the bundle, that of the known world first"""
+        """poses of the object in the scenarios, the nominal one first"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class TubeResult:
-    """A bound of where the object of a plan is at every rest."""
+    """Result of calc_tube(): bounds on the object's pose along a plan."""
 
     @property
     def status(self) -> Status: ...
 
     @property
     def rests(self) -> list[TubeRest]:
-        """ends of pushes and regrasps, in their order"""
+        """bounds at the ends of pushes and regrasps, in order"""
 
     @property
     def goal(self) -> GoalError:
-        """bound of the distance from the goal at the end"""
+        """bound on the distance from the goal at the end"""
 
     @property
     def calibrated(self) -> bool:
         """
-        runs in the simulation stay inside as often as the factors promise: in planar scenes alone
+        True: simulated runs stay inside the bound as often as the calibration promises; only in planar scenes
         """
 
     @property
     def inside(self) -> bool:
-        """the bound is within the tolerances of the goal, and calibrated"""
+        """
+        True: the bound is calibrated and lies within the tolerances of the goal
+        """
 
     @property
     def lost(self) -> int:
-        """scenarios in which a step had no solution"""
+        """number of scenarios in which a step had no solution"""
 
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """number of steps that were simulated"""
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time [s]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -2900,14 +3322,19 @@ class TubeResult:
 
 def calc_tube(plan: Plan, errors: ErrorSets = ..., *, factors: tuple[float, float] = (1.0, 1.0), scenarios: int = 16, seed: int = 0, threads: int = 1, timeout_s: float | None = None) -> TubeResult:
     """
-    A bound of where the object of a plan is at every rest when the plan is carried out without feedback (docs/theory/tube.md).
+    Bounds the pose of the object after every push and regrasp, if a plan is executed without feedback under model errors (docs/theory/tube.md).
 
-      errors: sets that contain what differs from the model.
-      factors: by which the tube is wider than the bundle in position and angle, > 0; the default was calibrated on runs in MuJoCo.
-      scenarios: worlds that are drawn from the sets, beside the known one, >= 1. seed: of these.
-      threads: 0 for all cores; the result does not depend on it. timeout_s: [s] > 0; None: as long as it takes.
+    The plan is simulated in several scenarios, each with random errors within the bounds `errors`. The bound encloses all scenarios.
 
-    status: Solved; MaxIterations (time used up; no rests). Raises InvalidInput.
+      errors: ErrorSets with the bounds on the model errors.
+      factors: factors (position, angle) by which the bound is larger than the spread of the scenarios, > 0. The default was calibrated on runs
+        in MuJoCo.
+      scenarios: number of random scenarios besides the nominal one, >= 1.
+      seed: of the scenarios.
+      threads: 0: all cores. The result does not depend on this number.
+      timeout_s: largest wall time [s], > 0. None: no limit.
+
+    Returns a TubeResult. Its status is Solved, or MaxIterations: the time was used up, and there are no rests. Raises InvalidInput.
 
         >>> plan = st.refine(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0).plan).plan
         >>> tube = st.calc_tube(plan)
@@ -2916,39 +3343,42 @@ def calc_tube(plan: Plan, errors: ErrorSets = ..., *, factors: tuple[float, floa
     """
 
 class RunEnd(enum.Enum):
-    """Why a run ended."""
+    """Reason why a run ended."""
 
     Reached = 0
-    """the goal held"""
+    """the object stayed within the tolerances of the goal"""
 
     Dropped = 1
     """an object fell"""
 
     NoPlan = 2
-    """the planner found none, or refused the start"""
+    """the planner found no plan, or refused the start"""
 
     Replans = 3
-    """used up"""
+    """the run used up its `replans`"""
 
     TimeUp = 4
-    """`duration` is over"""
+    """the `duration` by the clock of the plant is over"""
 
     Deadline = 5
-    """`timeout_s` is over"""
+    """the wall time `timeout_s` is over"""
 
     Cancelled = 6
+    """the caller stopped the run"""
 
     Silent = 7
-    """the plant does not answer"""
+    """the plant does not answer, or its objects are not seen any more"""
 
     Unfelt = 8
-    """guarded moves before the run did not end as they should"""
+    """a guarded move before the run did not end as expected"""
 
 class RunState(enum.Enum):
-    """What a run does at a moment."""
+    """Activity of a run at one moment."""
 
     Hold = 0
-    """commands rest: something settles, or the goal has to hold"""
+    """
+    the command is constant: objects come to rest, or the object has to stay at the goal
+    """
 
     Push = 1
     """the robot pushes"""
@@ -2957,10 +3387,12 @@ class RunState(enum.Enum):
     """the robot moves to new contacts"""
 
     Replan = 3
-    """commands rest while the planner works"""
+    """the command is constant while the planner works"""
 
 class RunSample:
-    """What is seen and decided at one look of a run."""
+    """
+    Measurement, command and activity of a run at one sample; a run takes 50 samples a second.
+    """
 
     @property
     def time(self) -> float:
@@ -2971,11 +3403,13 @@ class RunSample:
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """measured (n_q)"""
+        """measured configuration (n_q)"""
 
     @property
     def q_plan(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """as planned for this moment; where nothing is planned as measured (n_q)"""
+        """
+        configuration that the plan predicts for this moment (n_q); equal to q if no plan is carried out
+        """
 
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
@@ -2983,67 +3417,69 @@ class RunSample:
 
     @property
     def piece(self) -> int:
-        """index into RunResult.pieces; -1 before the first"""
+        """index into RunResult.pieces; -1 before the first piece"""
 
     @property
     def plans(self) -> int:
-        """so far"""
+        """number of plans so far"""
 
     @property
     def goal_share(self) -> float:
-        """how far the object is from the goal, in its tolerances"""
+        """distance of the object from the goal, in tolerances of the goal"""
 
     @property
     def goal(self) -> int:
-        """which one of goals in a row"""
+        """index of the current goal in `goals`"""
 
     @property
     def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        of the motors, of each the largest since the sample before (n_a) [N m or N]; empty of a plant of one's own
+        largest torque of each motor since the previous sample (n_a) [N m or N]; empty if `plant` was given
         """
 
     @property
     def forces(self) -> list[PairForce]:
-        """by pair; empty of a plant of one's own"""
+        """
+        contact forces, one PairForce for each pair that touches; empty if `plant` was given
+        """
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class RunPlan:
-    """One call of the planner."""
+    """One call of the planner in a run."""
 
     @property
     def time(self) -> float:
-        """of the run, when it was asked [s]"""
+        """time of the run at which the planner was called [s]"""
 
     @property
     def wall_s(self) -> float:
-        """that it took"""
+        """wall time of the call [s]"""
 
     @property
     def processor_s(self) -> float:
-        """... of all cores of the process [s]"""
+        """processor time of the call on all cores of the process [s]"""
 
     @property
     def clock_s(self) -> float:
-        """... and of the clock of the plant [s]"""
+        """time that the call took by the clock of the plant [s]"""
 
     @property
     def status(self) -> Status: ...
 
     @property
     def cause(self) -> str:
-        """why it was asked"""
+        """why the run called the planner"""
 
     @property
     def joined(self) -> bool:
-        """the plan before was gone on with, and nothing was searched"""
+        """True: the run continued the previous plan, without a search"""
 
     @property
     def reason(self) -> str:
-        """what the planner said, where it found nothing"""
+        """message of the planner if it found no plan"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -3057,26 +3493,28 @@ class RunGoal:
 
     @property
     def begin_s(self) -> float:
-        """since the start of the run, when it was the next one to be reached"""
+        """time of the run at which it became the current goal [s]"""
 
     @property
     def end_s(self) -> float:
-        """... when it had been held for as long as asked, or the run ended"""
+        """
+        time of the run at which the goal counted as reached, or the run ended [s]
+        """
 
     @property
     def replans(self) -> int:
-        """plans after the first one for it"""
+        """number of plans for this goal after the first one"""
 
     @property
     def error(self) -> GoalError:
-        """at its end, as measured"""
+        """measured distance from this goal at end_s"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class RunPiece:
-    """What was carried out of a piece of a plan."""
+    """One push or regrasp that a run carried out, whole or in part."""
 
     @property
     def kind(self) -> SegmentKind:
@@ -3084,45 +3522,60 @@ class RunPiece:
 
     @property
     def plan(self) -> int:
-        """index into RunResult.plans; -1: the given one, or none was needed yet"""
+        """
+        index into RunResult.plans; -1: the plan that was given, or no plan was needed yet
+        """
 
     @property
-    def begin_s(self) -> float: ...
+    def begin_s(self) -> float:
+        """time of the run [s]"""
 
     @property
-    def end_s(self) -> float: ...
+    def end_s(self) -> float:
+        """time of the run [s]"""
 
     @property
     def off(self) -> float:
         """
-        how far the object was off its path at the end, in tolerances of the goal
+        distance of the object from its planned path at the end, in tolerances of the goal
         """
 
     @property
     def given_up(self) -> bool:
-        """it was too far off"""
+        """
+        True: the run stopped the piece because the object was too far off its path
+        """
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Measurement:
-    """What a plant says of itself."""
+    """
+    State of a plant as its sensors measured it: the return value of read().
+    """
 
     def __init__(self, time: float, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, object_time: float | None = None) -> None:
-        """object_time: None: `time`."""
+        """
+        A measurement for run().
+
+          time: time on the clock of the plant at which the joints were measured [s].
+          q: configuration: the objects as last seen, the joints as measured (n_q).
+          u: commands in force (n_a) [rad or m].
+          object_time: time at which the objects were at the poses in q [s], <= time. None: the same as `time`.
+        """
 
     @property
     def time(self) -> float:
-        """of the plant's clock, when the joints were measured [s]"""
+        """time on the clock of the plant at which the joints were measured [s]"""
 
     @property
     def object_time(self) -> float:
-        """... and when the objects were where q has them [s]"""
+        """time at which the objects were at the poses in q [s]"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """objects as last seen, joints as measured (n_q)"""
+        """configuration: objects as last seen, joints as measured (n_q)"""
 
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
@@ -3134,22 +3587,26 @@ class Measurement:
 
 class SimulatedPlant:
     """
-    MuJoCo as a plant, at rest in the start of a task, in which what overlaps is moved apart: what stands behind run() where no other does.
+    A simulation in MuJoCo that begins at rest at the start of a task; bodies that overlap there are moved apart. run() uses it if no `plant` is given.
     """
 
     def __init__(self, task: Task) -> None: ...
 
     def read(self) -> Measurement | None:
-        """A Measurement; None: the simulation broke down."""
+        """Returns a Measurement, or None if the simulation has failed."""
 
     def command(self, u: numpy.typing.ArrayLike, period: float) -> bool:
-        """Commands go straight to u (n_a) within period [s]. False: not taken."""
+        """
+        Moves the commands linearly to u (n_a) [rad or m] within period [s]. Returns False if the command was not taken.
+        """
 
     def push(self, body: str, force_W: numpy.typing.ArrayLike, p_BP: numpy.typing.ArrayLike | None = None) -> None:
         """
-        A force [N] (3) on a body from now on, in place of the one before; zero ends it.
+        Applies a constant force to a body from now on. It replaces the force of the previous call; a zero force ends it.
 
-          p_BP: its point in the frame of the body [m] (3); None: the centre of mass of an object.
+          body: name of the body.
+          force_W: force in the world frame [N] (3).
+          p_BP: point of application in the frame of the body [m] (3). None: the centre of mass; only for objects.
 
             >>> task = st.load_task("planar_pushing")
             >>> plant = st.SimulatedPlant(task)
@@ -3161,11 +3618,13 @@ class SimulatedPlant:
     def __reduce__(self) -> tuple: ...
 
 class RunResult:
-    """What came of bringing an object to its goal in closed loop."""
+    """
+    Result of run(): how the run ended, its plans, and the recorded motion.
+    """
 
     @property
     def status(self) -> Status:
-        """Solved: reached"""
+        """Solved: all goals were reached"""
 
     @property
     def end(self) -> RunEnd:
@@ -3173,57 +3632,69 @@ class RunResult:
 
     @property
     def message(self) -> str:
-        """the same in words, where the goal was not reached"""
+        """explanation in words if a goal was not reached"""
 
     @property
     def reached(self) -> bool:
-        """all goals"""
+        """True: all goals were reached"""
 
     @property
     def goals(self) -> list[RunGoal]:
-        """those that were begun, in a row"""
+        """goals that the run began, in their order"""
 
     @property
-    def goals_reached(self) -> int: ...
+    def goals_reached(self) -> int:
+        """number of goals that were reached"""
 
     @property
     def error(self) -> GoalError:
-        """of the object at the end, as measured"""
+        """measured distance of the object from the goal at the end"""
 
     @property
     def true_error(self) -> GoalError:
-        """... and as it is; of a plant of one's own as measured"""
+        """
+        exact distance from the goal in the simulation; equal to `error` if `plant` was given
+        """
 
     @property
     def touch(self) -> GuardedResult:
-        """what became of the moves of touch_first; None: there were none"""
+        """
+        result of the guarded moves of `touch_first`; None: there were no moves
+        """
 
     @property
     def duration_s(self) -> float:
-        """by the clock of the plant [s]"""
+        """length of the run by the clock of the plant [s]"""
 
     @property
     def planning_s(self) -> float:
-        """wall time of all plans"""
+        """wall time of all plans [s]"""
 
     @property
-    def wall_s(self) -> float: ...
+    def wall_s(self) -> float:
+        """wall time of the run [s]"""
 
     @property
-    def plans(self) -> list[RunPlan]: ...
+    def plans(self) -> list[RunPlan]:
+        """calls of the planner"""
 
     @property
-    def pieces(self) -> list[RunPiece]: ...
+    def pieces(self) -> list[RunPiece]:
+        """pushes and regrasps that were carried out"""
 
     @property
     def replans(self) -> int:
-        """plans that something on the way called for"""
+        """
+        number of plans after the first one of each goal; a plan that is asked for again after a refusal counts once
+        """
 
     @property
-    def pushes(self) -> int: ...
+    def pushes(self) -> int:
+        """number of pushes that were carried out"""
 
     @property
-    def regrasps(self) -> int: ...
+    def regrasps(self) -> int:
+        """number of regrasps that were carried out"""
 
     @property
     def dropped(self) -> int | None:
@@ -3231,53 +3702,57 @@ class RunResult:
 
     @property
     def max_depth(self) -> float:
-        """deepest penetration [m]; NaN of a plant of one's own"""
+        """deepest penetration of any contact [m]; NaN if `plant` was given"""
 
     @property
     def start_overlap(self) -> float:
         """
-        deepest overlap of a start that was moved apart before the plant began [m]; 0: it is as it was given
+        deepest overlap of bodies in the given start [m]; run() moves them apart before the simulation begins. 0: no overlap
         """
 
     @property
     def start_moved(self) -> float:
-        """by how much an object was moved then, at most [m or rad]"""
+        """
+        largest motion of an object when overlaps were removed from the start [m or rad]
+        """
 
     @property
     def largest_effort(self) -> float:
-        """share of a motor's effort, at most 1; NaN of a plant of one's own"""
+        """
+        largest torque of a motor as a share of its effort limit, at most 1; NaN if `plant` was given
+        """
 
     @property
     def largest_press(self) -> float | None:
         """
-        largest normal force of one pair on a free object, as a multiple of its weight; None: no such object, or a plant of one's own
+        largest normal force of one contact pair on a free object, as a multiple of the object's weight; None: no free object, or `plant` was given
         """
 
     @property
     def slip_speeds(self) -> list[float]:
         """
-        per piece, how much faster than planned a free object was until the next piece began [m/s]; empty for a plant of one's own
+        for each piece, the largest excess of a free object's speed over its planned speed until the next piece began [m/s]; empty if `plant` was given
         """
 
     @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """[s] (looks)"""
+        """time of each sample [s] (samples)"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """measured (looks, n_q)"""
+        """measured configurations (samples, n_q)"""
 
     @property
     def q_plan(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """planned (looks, n_q)"""
+        """planned configurations (samples, n_q)"""
 
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """commands (looks, n_a) [rad or m]"""
+        """commands (samples, n_a) [rad or m]"""
 
     @property
     def piece(self) -> list[int]:
-        """index into pieces (looks); -1 before the first"""
+        """index into `pieces` (samples); -1 before the first piece"""
 
     def __repr__(self) -> str: ...
 
@@ -3287,40 +3762,55 @@ class RunResult:
 
 def run(target: Task | Plan, *, goals: str | str | os.PathLike | Sequence | None = None, hold: float = 1.0, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, finger_gait: bool = True, touch_first: str | str | os.PathLike | TouchScenario | None = None, on_progress: Callable[[Progress], bool | None] | None = None, on_sample: Callable[[RunSample], None] | None = None) -> RunResult:
     """
-    Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
+    Moves the object of a task to its goal in closed loop, in MuJoCo or on your own robot (E.13)-(E.15).
 
-      target: a Task, or a Plan to begin with.
-      goals: in place of that of the task, reached one after another while the clock goes on: a list, or the name of a file with one (.yaml).
-        Each is numbers as of Task.set_goal, or a dict as `goal` of a task. Each is held before the next one begins, and one that is not
-        reached ends the run; `duration` and `timeout_s` are those of all. None: that of the task.
-      hold: a goal counts once the object was within its tolerances for so long [s], >= 0; 0: as soon as it is seen there, on its way as well.
-      plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
-        command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
-        they are not taken. A plant whose clock goes on by itself has an attribute real_time that is True: it is commanded while the planner works.
-        An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
-      options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
-      seed: of the plans and of the noise; None: that of the options.
-      speed: times that which follows from object and motors, > 0; above 1 of pushes alone.
-      replans: after the first plan of a goal, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
+    The run carries a plan out at real speed and watches the object. When the object leaves its planned path, the planner makes a new plan
+    from the measured state. Use run() to test a task under wrong friction, mass or noise, or to control a robot.
+
+      target: a Task, or a Plan with which the run begins.
+      goals: goals that replace the goal of the task: a list, or the name of a file (.yaml) with a list. Each goal is a list of numbers as in
+        Task.set_goal, or a dict as `goal` in a task file. The run brings the object to one goal after another, while the clock goes on. It
+        holds each goal before it begins the next one, and a goal that is not reached ends the run. `duration` and `timeout_s` are for all
+        goals together. None: the goal of the task.
+      hold: time that the object has to stay within the tolerances before a goal counts as reached [s], >= 0. 0: the goal counts as soon as
+        the object is seen within the tolerances, also during a push.
+      plant: your own robot or simulation; docs/theory/running.md describes the interface. It is an object with two methods. read() returns a
+        Measurement, or None if the robot does not answer. command(u, period) moves the commands linearly to u within period [s], returns
+        when the period is over, and may return False if the command was not taken. If the clock of the plant runs by itself, give it an
+        attribute real_time = True: the robot is then commanded while the planner works. An error in these methods ends the run and is raised.
+        None: a simulation in MuJoCo, to which friction_scale, mass_scale, pose_noise, pose_delay and pushes apply.
+      options: of the planner: PlannerOptions, or a dict with the options to change. None: the options of the target.
+      seed: of the plans and of the noise. None: the seed of the options.
+      speed: factor on the speed that follows from the object and the motors (E.13), > 0. A factor above 1 makes only the pushes faster.
+      replans: largest number of plans after the first plan of a goal, >= 0.
+      duration: largest length of the run by the clock of the plant [s], > 0.
       friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
-      pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
-      pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
-      threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
-      plan_timeout_s: of one plan [s], > 0. plan_processor_s: ... or this much time of all cores of the process [s], > 0, which other work
-        on the machine does not shorten; None: plan_timeout_s alone.
-      planning_rate: seconds of one core that the planner works within a second of the plant's clock, which goes on meanwhile, >= 0; 0: it
-        stands still. plan_step_time_s: each step that the planner computes is charged like this [s], > 0, so that a run is the same on every
-        machine; None: the processor time that it took.
-      active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
-      join: before the planner searches, the plan before is gone on with, where that leads to the goal.
-      finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
-      touch_first: guarded moves that are carried out first, in the world in which the run goes on (docs/guarded_moves.md): a TouchScenario of
-        this task, or the name or file of one with the key `task`. Fixed bodies are then planned for where the arm felt them, also if a
-        Plan was given.
-      on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
-        run, and the robot holds. on_sample: called with RunSample at every look, 50 a second of the plant's clock; an error in it stops the run as well.
+      pose_noise: standard deviations of the measured object poses: (position [m], angle [rad]).
+      pose_delay: age of an object pose when the run receives it [s].
+      pushes: external forces on the object, each as (begin [s], duration [s], force in W [N] (3)).
+      threads: of the planner; 0: all cores. The result does not depend on this number.
+      timeout_s: largest wall time of the run [s], > 0.
+      plan_timeout_s: largest wall time of one plan [s], > 0.
+      plan_processor_s: largest processor time of one plan, summed over all cores of the process [s], > 0. Other load on the machine does not
+        shorten this budget. None: only plan_timeout_s limits a plan.
+      planning_rate: processor time that the planner gets in one second of the plant's clock [s], >= 0 (E.20). The clock goes on while the
+        planner works. 0: the clock stands still while the planner works.
+      plan_step_time_s: time that the plant's clock is charged for each step of the planner [s], > 0, in place of the measured processor time.
+        A run is then the same on every machine. None: the measured processor time.
+      active_hold: while no piece of a plan is carried out, the fingers of a hand keep a free object where it is (E.21). False: the command is constant.
+      join: before a search, the run tries to continue the previous plan from the measured state (E.22). It searches only if the previous
+        plan does not lead to the goal.
+      finger_gait: if an object would roll out of an open hand, the fingers turn it to its goal step by step; one finger at a time goes back
+        to its first contact (E.23). The planner is called only if this does not reach the goal. False: the planner is always called.
+      touch_first: guarded moves that the robot carries out before the run, in the same simulated world (docs/guarded_moves.md). Give a
+        TouchScenario of this task, or the name or file of a scenario with the key `task`. The planner then takes the fixed bodies to be where
+        the arm felt them. If target is a Plan, it is replaced by a new plan.
+      on_progress: function that is called with Progress (iteration: number of plans; size: number of pieces; best: distance from the goal in
+        tolerances). Ctrl-C, an error in the function or the return value False stop the run, and the robot holds its last command.
+      on_sample: function that is called with a RunSample 50 times a second of the plant's clock. An error in the function stops the run.
 
-    status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.
+    Returns a RunResult. Its status is Solved if all goals were reached; otherwise it is MaxIterations, Cancelled or NumericalFailure, and
+    `end` and `message` give the reason. Raises InvalidInput.
 
         >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
         >>> run.end, run.reached
@@ -3328,58 +3818,70 @@ def run(target: Task | Plan, *, goals: str | str | os.PathLike | Sequence | None
     """
 
 class Law(enum.Enum):
-    """What computes the command of a tick."""
+    """Control law of ContactController."""
 
     ContactAware = 0
-    """tracking with bounded forces (C.3)"""
+    """tracks the reference within bounds on the contact forces (C.3)"""
 
     Unconstrained = 1
-    """baseline: tracking alone, without forces and limits"""
+    """
+    baseline: tracks the reference, without bounds on forces and without limits
+    """
 
     NullSpace = 2
     """
-    baseline: stiffness-consistent null space with the force as an equality
+    baseline: controls the contact force, and tracks in the stiffness-consistent null space
     """
 
     ForceEquality = 3
     """
-    baseline: the early published form, the force of one contact as an equality
+    baseline: the early published form, in which the force of one contact is an equality constraint
     """
 
 class TrackingCost(enum.Enum):
-    """What of a command is compared with the reference."""
+    """Quantity that the controller compares with the reference."""
 
     Command = 0
-    """the command (5.24): for contacts with friction"""
+    """the command (5.24); for contacts with friction"""
 
     Equilibrium = 1
-    """the equilibrium that it leads to (5.22): for contacts without"""
+    """
+    the equilibrium that the command leads to (5.22); for contacts without friction
+    """
 
 class ForceDampingOptions:
     """
-    How far forces that are not as predicted slow the command down (5.28), (5.29).
+    Damping that slows the command down if contact forces differ from their prediction (5.28), (5.29).
 
-      largest: w_max [-], >= 0. force_scale: an error of this makes 1 - 1/e of it [N], > 0.
-      forget_rate: alpha, in (0, 1]. Both are stated for ticks of `period` [s], > 0; other ticks slow down as much per second. printed: (5.29) as printed, an average of two ticks; else a low-pass.
+      largest: largest damping w_max [-], >= 0.
+      force_scale: force error at which the damping is 1 - 1/e of its largest value [N], > 0.
+      forget_rate: coefficient alpha of the low-pass, in (0, 1].
+      period: tick for which largest and forget_rate are given [s], > 0. They are converted for other ticks, so that the damping per second is
+        the same.
+      printed: True: use (5.29) as printed, an average of two ticks. False: use a low-pass.
     """
 
     def __init__(self, *, largest: float = 5.0, force_scale: float = 5.0, forget_rate: float = 0.2, period: float = 0.005, printed: bool | numpy.bool_ = False) -> None: ...
 
     @property
-    def largest(self) -> float: ...
+    def largest(self) -> float:
+        """largest damping w_max"""
 
     @property
-    def force_scale(self) -> float: ...
+    def force_scale(self) -> float:
+        """scale of the force error [N]"""
 
     @property
-    def forget_rate(self) -> float: ...
+    def forget_rate(self) -> float:
+        """coefficient alpha of the low-pass"""
 
     @property
     def period(self) -> float:
-        """[s]"""
+        """tick for which the options are given [s]"""
 
     @property
-    def printed(self) -> bool: ...
+    def printed(self) -> bool:
+        """True: (5.29) as printed"""
 
     def __repr__(self) -> str: ...
 
@@ -3389,33 +3891,36 @@ class ForceDampingOptions:
 
 class ContactForce:
     """
-    A force on the robot, measured or estimated.
+    A measured or estimated contact force on the robot.
 
-      body: link that is touched, as robot/link.
-      p_WC: where [m] (3). force_W: on the robot; its direction is the normal of (5.4) [N] (3).
-      id: the same contact has the same number in the next tick, so that its force can be predicted.
-      lambda_max: own bound [N], > 0; None: that of the controller.
+      body: link in contact, as robot/link.
+      p_WC: contact point in W [m] (3).
+      force_W: contact force on the robot in W [N] (3). Its direction is the normal of (5.4).
+      id: number of the contact. Give the same contact the same number in every tick, so that the controller can predict its force.
+      lambda_max: bound on this force [N], > 0. None: the bound of the controller.
     """
 
     def __init__(self, *, body: str, p_WC: numpy.typing.ArrayLike, force_W: numpy.typing.ArrayLike, id: int = 0, lambda_max: float | None = None) -> None: ...
 
     @property
-    def body(self) -> str: ...
+    def body(self) -> str:
+        """link in contact, as robot/link"""
 
     @property
-    def id(self) -> int: ...
+    def id(self) -> int:
+        """number of the contact"""
 
     @property
     def p_WC(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[m] (3)"""
+        """contact point in W [m] (3)"""
 
     @property
     def force_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """on the robot [N] (3)"""
+        """force on the robot in W [N] (3)"""
 
     @property
     def lambda_max(self) -> float | None:
-        """[N], or None"""
+        """bound on this force [N], or None"""
 
     def __repr__(self) -> str: ...
 
@@ -3425,21 +3930,26 @@ class ContactForce:
 
 class ToolReference:
     """
-    Where a point fixed in a link is to be.
+    Reference pose of a tool that is fixed to a link.
 
-      body: link, as robot/link. X_BT: the tool in it. X_WT: where it is to be in the world.
+      body: link, as robot/link.
+      X_BT: pose of the tool in the link.
+      X_WT: reference pose of the tool in W.
     """
 
     def __init__(self, *, body: str, X_BT: Pose, X_WT: Pose) -> None: ...
 
     @property
-    def body(self) -> str: ...
+    def body(self) -> str:
+        """link, as robot/link"""
 
     @property
-    def X_BT(self) -> Pose: ...
+    def X_BT(self) -> Pose:
+        """pose of the tool in the link"""
 
     @property
-    def X_WT(self) -> Pose: ...
+    def X_WT(self) -> Pose:
+        """reference pose of the tool in W"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -3447,33 +3957,36 @@ class ToolReference:
 
 class ControllerState:
     """
-    What is measured and wanted in one tick.
+    Measurement and reference of one tick of ContactController.
 
-      time: of the measurement [s].
-      q: joint positions (n_a) [rad or m].
-      q_ref: of the next tick (n_a); beside a tool: the posture that is preferred.
-      contacts: forces on the robot. tool: where a tool is to be; None: joints are tracked.
+      time: time of the measurement [s].
+      q: measured joint positions (n_a) [rad or m].
+      q_ref: reference joint positions of the next tick (n_a) [rad or m]. If a tool is given, q_ref is the preferred posture.
+      contacts: list of ContactForce on the robot.
+      tool: ToolReference to track. None: the controller tracks q_ref.
     """
 
     def __init__(self, *, time: float, q: numpy.typing.ArrayLike, q_ref: numpy.typing.ArrayLike, contacts: Sequence[ContactForce] = [], tool: ToolReference | None = None) -> None: ...
 
     @property
     def time(self) -> float:
-        """[s]"""
+        """time of the measurement [s]"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_a)"""
+        """measured joint positions (n_a)"""
 
     @property
     def q_ref(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_a)"""
+        """reference joint positions of the next tick (n_a)"""
 
     @property
-    def contacts(self) -> list[ContactForce]: ...
+    def contacts(self) -> list[ContactForce]:
+        """contact forces on the robot"""
 
     @property
-    def tool(self) -> ToolReference | None: ...
+    def tool(self) -> ToolReference | None:
+        """tool reference, or None"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -3481,32 +3994,34 @@ class ControllerState:
 
 class ControllerCommand:
     """
-    The command of a tick and what it rests on. Forces are those of `taken`; None unless the law is ContactAware.
+    Command of one tick, with predicted forces. The predictions are for the contacts in `taken`, and None unless the law is ContactAware.
     """
 
     @property
     def status(self) -> Status:
-        """not Solved: q_cmd is that of the tick before"""
+        """if not Solved, q_cmd is the command of the previous tick"""
 
     @property
     def q_cmd(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_a) [rad or m]"""
+        """commanded joint positions (n_a) [rad or m]"""
 
     @property
     def held(self) -> bool:
-        """the measurement is not younger than the last one: nothing was computed"""
+        """
+        True: the measurement is not newer than the previous one, and nothing was computed
+        """
 
     @property
     def taken(self) -> list[ContactForce]:
-        """contacts that count, with their forces after the low-pass"""
+        """contacts that were used, with their forces after the low-pass"""
 
     @property
     def left_out(self) -> int:
-        """contacts for which there was no room"""
+        """number of contacts that were left out because of max_contacts"""
 
     @property
     def damping(self) -> float:
-        """w of (5.24)"""
+        """damping w of (5.24)"""
 
     @property
     def q_next(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
@@ -3518,19 +4033,21 @@ class ControllerCommand:
 
     @property
     def slack(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
-        """by which they exceed their bounds [N] (contacts)"""
+        """excess of the predicted forces over their bounds [N] (contacts)"""
 
     @property
     def pull(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
-        """by which they are below 0 where contacts do not pull [N] (contacts)"""
+        """
+        amount by which a predicted force is below 0 at a contact that cannot pull [N] (contacts)
+        """
 
     @property
     def torque_slack(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
-        """by which joint springs exceed `torque` [N m] (n_a)"""
+        """excess of the joint spring torques over `torque` [N m] (n_a)"""
 
     @property
     def limit_slack(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
-        """by which q_cmd is outside the joint limits [rad or m] (n_a)"""
+        """amount by which q_cmd is outside the joint limits [rad or m] (n_a)"""
 
     def __repr__(self) -> str: ...
 
@@ -3540,27 +4057,33 @@ class ControllerCommand:
 
 class ContactController:
     """
-    Commands of a stiffness-controlled robot with bounded contact forces, as ros2_control shapes one: configured once, then one
-    update a tick. docs/theory/control.md
+    Controller that tracks a reference with a stiffness-controlled robot and keeps contact forces within bounds (docs/theory/control.md).
 
-      model: with a robot whose joints have a stiffness.
-      law: Law.ContactAware, or a baseline. cost: TrackingCost.Command (5.24) or Equilibrium (5.22).
-      lambda_max: bound of every contact that brings none of its own [N], > 0.
-      force_threshold: contacts with less force are left out [N], >= 0, below lambda_max; None: 5 N, or a third of lambda_max if that is less.
-      force_time_constant: low-pass on the force of a contact [s], >= 0.
-      release_time: in which the bound of a contact that is lost grows by lambda_max, until it holds nothing back [s], > 0.
-      max_contacts: of more than these those with the largest forces are taken.
-      revolute_speed [rad/s], prismatic_speed [m/s]: of commands, > 0.
-      posture_time_constant: in which the posture beside a tool is got nearer [s], >= 0.
-      torque: of the joint springs (n_a) [N m], > 0; None: not bounded.
-      tool_length: a metre of the tool counts as 1/this radians [m], > 0.
+    Call configure() once and update() in every tick, as in a controller of ros2_control.
+
+      model: Model with a robot whose joints have a stiffness.
+      law: Law.ContactAware, or a baseline.
+      cost: TrackingCost.Command (5.24) or TrackingCost.Equilibrium (5.22).
+      lambda_max: bound on the force of every contact that has no bound of its own [N], > 0.
+      force_threshold: contacts with a smaller force are ignored [N], >= 0, below lambda_max. None: 5 N, or a third of lambda_max if that is
+        less.
+      force_time_constant: time constant of the low-pass on contact forces [s], >= 0.
+      release_time: when a contact is lost, its bound remains and grows by lambda_max in this time [s], > 0, until the reference asks for no more.
+      max_contacts: largest number of contacts; if there are more, the controller uses those with the largest forces.
+      revolute_speed, prismatic_speed: largest speed of a command [rad/s], [m/s], > 0.
+      posture_time_constant: time constant with which the robot approaches the preferred posture while it tracks a tool [s], >= 0.
+      torque: bounds on the torques of the joint springs (n_a) [N m], > 0. None: no bound.
+      tool_length: length by which tool positions are divided when they are added to angles [m], > 0.
       damping: ForceDampingOptions().
-      unilateral: contacts that the reference does not leave do not pull.
-      contact_compliance: softness of a contact as a share of the arm's own, > 0; least_lever: shortest lever by which it is judged [m], > 0.
-      posture_weight: of |q_cmd - q_ref|^2 beside a tool; epsilon: of it beside the equilibrium (5.22), > 0.
-      force_priority, unilateral_priority: of bounded forces before contacts that do not pull, and of these before tracking.
+      unilateral: True: a contact that the reference does not leave cannot pull.
+      contact_compliance: compliance of a contact as a share of the arm's compliance at that point, > 0.
+      least_lever: a contact with a shorter lever to the joint axes has the compliance of this lever [m], > 0.
+      posture_weight: weight of |q_cmd - q_ref|^2 while a tool is tracked, > 0.
+      epsilon: weight of |q_cmd - q_ref|^2 beside the equilibrium cost (5.22), > 0.
+      force_priority: priority of force bounds, above unilateral_priority.
+      unilateral_priority: priority of contacts that cannot pull, above tracking, > 0.
 
-    Raises InvalidInput by the name of the argument; of a robot without stiffness.
+    Raises InvalidInput, which names the argument, also for a robot without stiffness.
 
         >>> model = st.load_control_scenario("box_in_the_way").model
         >>> controller = st.ContactController(model, lambda_max=15.0)
@@ -3573,95 +4096,109 @@ class ContactController:
     def __init__(self, model: Model, *, law: Law = Law.ContactAware, cost: TrackingCost = TrackingCost.Command, lambda_max: float = 15.0, force_threshold: float | None = None, force_time_constant: float = 0.05, release_time: float = 0.5, max_contacts: int = 8, revolute_speed: float = 1.5, prismatic_speed: float = 0.25, torque: numpy.typing.ArrayLike | None = None, posture_time_constant: float = 0.5, tool_length: float = 0.5, damping: ForceDampingOptions = ..., unilateral: bool | numpy.bool_ = True, contact_compliance: float = 0.01, posture_weight: float = 0.001, epsilon: float = 0.001, least_lever: float = 0.01, force_priority: float = 1000000.0, unilateral_priority: float = 1000.0) -> None: ...
 
     @property
-    def model(self) -> Model: ...
+    def model(self) -> Model:
+        """model of the robot"""
 
     @property
-    def law(self) -> Law: ...
+    def law(self) -> Law:
+        """control law"""
 
     @property
     def lambda_max(self) -> float:
-        """[N]"""
+        """bound on contact forces [N]"""
 
     def configure(self, q: numpy.typing.ArrayLike) -> None:
         """
-        Starts anew with the present joint positions (n_a) as command. Raises InvalidInput: size, not finite.
+        Resets the controller. Its first command is q, the present joint positions (n_a) [rad or m]. Raises InvalidInput: wrong size, not finite.
         """
 
     def update(self, state: ControllerState, dt: float) -> ControllerCommand:
         """
-        The next command, from a ControllerState. dt: for which it holds [s], > 0.
+        Computes the command of the next tick.
 
-        A state that is not younger than the last one changes nothing: `held`. Raises InvalidInput: sizes, numbers that are not finite, dt <= 0,
-        a link that is not the robot's.
+          state: ControllerState with the measurement and the reference.
+          dt: time for which the command is in force [s], > 0.
+
+        Returns a ControllerCommand. If the state is not newer than the previous one, nothing is computed and `held` is True. Raises InvalidInput:
+        wrong sizes, numbers that are not finite, dt <= 0, or a link that does not belong to the robot.
         """
 
     def __reduce__(self) -> tuple: ...
 
 class ContactSource(enum.Enum):
-    """What a controller is told of contacts."""
+    """Source of the contacts that the controller receives."""
 
     Simulated = 0
-    """those of the simulation, as if a skin measured them"""
+    """true contacts of the simulation, as if a tactile skin measured them"""
 
     Estimated = 1
     """
-    what joint torques show: a momentum observer, then candidates of sensing
+    contacts that are estimated from joint torques, by a momentum observer and contact sensing
     """
 
 class ControlScenario:
     """
-    A robot whose reference goes through things that it does not know, as a file says (scenarios/README.md).
+    Scenario for control(): a robot whose reference path leads into obstacles that it does not know (scenarios/README.md).
     """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the scenario"""
 
     @property
-    def description(self) -> str: ...
+    def description(self) -> str:
+        """one line about the scenario"""
 
     @property
-    def file(self) -> pathlib.Path: ...
+    def file(self) -> pathlib.Path:
+        """path of the scenario file"""
 
     @property
-    def model(self) -> Model: ...
+    def model(self) -> Model:
+        """model of the scene"""
 
     @property
     def start(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """joint positions (n_a)"""
+        """joint positions at the start (n_a) [rad or m]"""
 
     @property
     def tool(self) -> str | None:
-        """link that is tracked, as robot/link; None: joints are"""
+        """
+        link of the tool that is tracked, as robot/link; None: the joints are tracked
+        """
 
     @property
     def X_BT(self) -> Pose:
-        """of the tool in its link"""
+        """pose of the tool in its link"""
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """length of the run [s]"""
 
     @property
     def period(self) -> float:
-        """of the controller [s]"""
+        """period of the controller [s]"""
 
     @property
-    def contacts(self) -> ContactSource: ...
+    def contacts(self) -> ContactSource:
+        """source of the contacts that the controller receives"""
 
     @property
     def delay(self) -> float:
-        """of what the controller is told of contacts [s]"""
+        """age of the contacts when the controller receives them [s]"""
 
     @property
-    def law(self) -> Law: ...
+    def law(self) -> Law:
+        """control law"""
 
     @property
     def lambda_max(self) -> float:
-        """[N]"""
+        """bound on contact forces [N]"""
 
     def calc_reference(self, time: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        Joint positions (n_a), or displacement of the tool from its pose at the start in W [m] and its rotation vector [rad] (6).
+        Returns the reference at a time [s]: joint positions (n_a) [rad or m]; or for a tool (6)
+        its displacement from its start pose in W [m] and the rotation vector [rad].
         """
 
     def __repr__(self) -> str: ...
@@ -3672,19 +4209,20 @@ class ControlScenario:
 
 class ControlRunResult:
     """
-    Forces are those of single contacts, measured; series have a row a tick.
+    Result of control(). Forces are measured forces of single contacts; series have one row for each tick.
     """
 
     @property
-    def status(self) -> Status: ...
+    def status(self) -> Status:
+        """see control()"""
 
     @property
     def message(self) -> str:
-        """what the simulation said"""
+        """reason of a numerical failure"""
 
     @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """[s] (ticks)"""
+        """times of the ticks [s] (ticks)"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
@@ -3696,11 +4234,11 @@ class ControlRunResult:
 
     @property
     def reference(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """joints (ticks, n_a) or tool (ticks, 6)"""
+        """reference of the joints (ticks, n_a) or of the tool (ticks, 6)"""
 
     @property
     def largest_force(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of one contact [N] (ticks)"""
+        """largest force of one contact [N] (ticks)"""
 
     @property
     def speed(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
@@ -3708,102 +4246,115 @@ class ControlRunResult:
 
     @property
     def error(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """norm of q - q_ref [rad], or distance of the tool [m] (ticks)"""
+        """
+        tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m] (ticks)
+        """
 
     @property
     def angle_error(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the tool [rad] (ticks)"""
+        """angle error of the tool [rad] (ticks)"""
 
     @property
     def bounded(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')]:
-        """a force is predicted at its bound: the reference asks for more (ticks)"""
+        """
+        True for each tick in which a predicted force is at its bound, since the reference asks for more (ticks)
+        """
 
     @property
     def slack(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """by which a force is predicted above its bound [N] (ticks)"""
+        """largest excess of a predicted force over its bound [N] (ticks)"""
 
     @property
     def forces(self) -> list[list[PairForce]]:
-        """on the robot, per tick, of pairs of a robot with something else"""
+        """
+        for each tick, the forces on the robot from pairs of a robot and another body
+        """
 
     @property
     def peak_force(self) -> float:
-        """[N]"""
+        """largest force [N]"""
 
     @property
     def settled_peak(self) -> float:
-        """without the first `settle` seconds of a contact [N]"""
+        """largest force without the first `settle` seconds of each contact [N]"""
 
     @property
     def settled_ticks(self) -> int:
-        """in contact, settled"""
+        """number of ticks with a contact that is older than `settle`"""
 
     @property
     def bounded_ticks(self) -> int:
-        """of these with the force at its bound"""
+        """number of these ticks in which the force is at its bound"""
 
     @property
     def bound_error(self) -> float:
-        """mean |f - lambda_max| over them [N]"""
+        """mean |f - lambda_max| over the bounded ticks [N]"""
 
     @property
     def bound_p95(self) -> float:
-        """95th percentile of f over them [N]"""
+        """95th percentile of the force over the bounded ticks [N]"""
 
     @property
     def mean_force(self) -> float:
-        """over the settled ticks [N]"""
+        """mean force over the settled ticks [N]"""
 
     @property
     def makes(self) -> int:
-        """contacts made, of the robot as a whole"""
+        """number of times that the robot as a whole made contact"""
 
     @property
-    def rms_error_contact(self) -> float: ...
+    def rms_error_contact(self) -> float:
+        """RMS of the tracking error in contact"""
 
     @property
-    def rms_error_free(self) -> float: ...
+    def rms_error_free(self) -> float:
+        """RMS of the tracking error without contact"""
 
     @property
     def peak_speed(self) -> float:
-        """[rad/s]"""
+        """largest norm of the joint velocity [rad/s]"""
 
     @property
     def peak_force_rate(self) -> float:
-        """largest fall of a force between two ticks, settled contacts [N/s]"""
+        """largest rate at which a settled force falls between two ticks [N/s]"""
 
     @property
     def peak_rise(self) -> float:
-        """largest rise of a force between two ticks, settled contacts [N]"""
+        """largest rise of a settled force between two ticks [N]"""
 
     @property
     def commanded_rise(self) -> float:
-        """what the change of the command makes of it [N]"""
+        """part of peak_rise that the change of the command explains [N]"""
 
     @property
     def above_ticks(self) -> int:
-        """settled ones in which a force is above its bound by more than a fifth"""
+        """
+        number of settled ticks in which a force exceeds its bound by more than a fifth
+        """
 
     @property
     def slack_ticks(self) -> int:
-        """in which a bound was given up by more than a thousandth of itself"""
+        """number of ticks in which a bound was relaxed by more than a thousandth"""
 
     @property
-    def unsolved_ticks(self) -> int: ...
+    def unsolved_ticks(self) -> int:
+        """number of ticks without a solution"""
 
     @property
     def tick_median_s(self) -> float:
-        """processor time of update() [s]"""
+        """median processor time of update() [s]"""
 
     @property
-    def tick_p99_s(self) -> float: ...
+    def tick_p99_s(self) -> float:
+        """99th percentile of this processor time [s]"""
 
     @property
     def sense_median_s(self) -> float:
-        """processor time of an estimate of contacts [s]; 0: none were made"""
+        """median processor time of one contact estimate [s]; 0: no estimates"""
 
     @property
-    def sense_p99_s(self) -> float: ...
+    def sense_p99_s(self) -> float:
+        """99th percentile of this processor time [s]"""
 
     def __repr__(self) -> str: ...
 
@@ -3813,12 +4364,12 @@ class ControlRunResult:
 
 class ControlSample:
     """
-    One tick of a ControlLoop: the state from which its period started, and its command.
+    One tick of a ControlLoop: the state at the start of its period, and its command.
     """
 
     @property
     def time(self) -> float:
-        """[s]"""
+        """time at the start of the period [s]"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
@@ -3831,20 +4382,24 @@ class ControlSample:
     @property
     def forces(self) -> list[PairForce]:
         """
-        on the robot, of pairs of a robot with something else, and of hands (pair -1)
+        forces on the robot from pairs of a robot and another body, and from push() (pair -1)
         """
 
     @property
     def largest_force(self) -> float:
-        """of one contact [N]"""
+        """largest force of one contact [N]"""
 
     @property
     def error(self) -> float:
-        """norm of q - q_ref [rad], or distance of the tool [m]"""
+        """
+        tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m]
+        """
 
     @property
     def bounded(self) -> bool:
-        """a force is predicted at its bound: the reference asks for more"""
+        """
+        True: a predicted force is at its bound, since the reference asks for more
+        """
 
     def __getstate__(self) -> tuple: ...
 
@@ -3852,8 +4407,9 @@ class ControlSample:
 
 class ControlLoop:
     """
-    The arm of a scenario in the second-order simulation, tick by tick, as control() has it; after the last knot of the reference
-    it stays there. Belongs to one thread at a time.
+    Simulates the arm of a control scenario tick by tick, as control() does in one call. Use it to interact with the arm while it runs.
+
+    After the last knot of the reference the arm stays there. Only one thread may use a loop at a time.
 
         >>> loop = st.ControlLoop(st.load_control_scenario("box_in_the_way"))
         >>> loop.push("arm/link_4", [0, 10, 0], [0, 0, 0])
@@ -3866,28 +4422,32 @@ class ControlLoop:
 
     def tick(self) -> ControlSample:
         """
-        Contacts are read, the controller is told of them, and its command is held for a period. Raises InvalidInput: the simulation stopped.
+        Simulates one period: the controller receives the contacts, and its command is held. Returns a ControlSample. Raises InvalidInput: the simulation failed.
         """
 
     def push(self, link: str, force_W: numpy.typing.ArrayLike, p_LP: numpy.typing.ArrayLike) -> None:
         """
-        A force [N] (3) on a point fixed in a link [m] (3), from the next tick on, in place of the one before; zero ends it.
+        Applies a constant force to a link from the next tick on. It replaces the force of the previous call; a zero force ends it.
+
+          link: as robot/link.
+          force_W: force in W [N] (3).
+          p_LP: point of application in the frame of the link [m] (3).
         """
 
     @property
     def time(self) -> float:
-        """of the next tick [s]"""
+        """time of the next tick [s]"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_q)"""
+        """configuration (n_q)"""
 
     def __reduce__(self) -> tuple: ...
 
 @overload
 def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:
     """
-    A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+    Loads a scenario for control(): the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
 
         >>> st.load_control_scenario("box_in_the_way").lambda_max
         15.0
@@ -3896,22 +4456,31 @@ def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:
 @overload
 def load_control_scenario(scenario: dict, *, base: str | os.PathLike | None = None) -> ControlScenario:
     """
-    The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …".
+    Makes a scenario from a dict with the keys of a file. base: folder to which its paths are relative; None: the working folder. Raises InvalidInput: "field: got …".
     """
 
 @overload
 def control(scenario: ControlScenario, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, contacts: ContactSource | None = None, delay: float | None = None, period: float | None = None, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
     """
-    Runs a scenario in the second-order simulation: impedance control of the joints, the contact controller above it.
+    Simulates a contact-aware controller: the robot tracks a reference that leads into obstacles, and keeps contact forces within bounds.
 
-      law, lambda_max [N]: instead of the scenario's. friction_scale: factor of every coefficient of friction of the simulation, >= 0.
-      contacts: what the controller is told of contacts; delay: age of that, in whole ticks [s], >= 0; seed: of the noise of joint torques.
-      period: between two commands [s], > 0.
-      settle: forces are called steady this long after their contact was made [s], >= 0.
-      timeout_s: [s] > 0; None: as long as it takes.
+    The second-order simulation contains impedance control of the joints and the ContactController above it.
 
-    All but the last two: None is as the scenario says. status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises
-    InvalidInput.
+      scenario: ControlScenario, or its name or file.
+      law: control law.
+      lambda_max: bound on contact forces [N], > 0.
+      friction_scale: factor of every coefficient of friction of the simulation, >= 0.
+      contacts: source of the contacts that the controller receives.
+      delay: age of these contacts, rounded to whole ticks [s], >= 0.
+      period: time between two commands [s], > 0.
+      seed: of the noise of joint torques.
+      settle: time after the start of a contact from which its force counts as steady [s], >= 0.
+      timeout_s: largest wall time [s], > 0. None: no limit.
+
+    For the arguments from law to seed, None keeps the value of the scenario.
+
+    Returns a ControlRunResult. Its status is Solved; MaxIterations: the time was used up; or NumericalFailure: `message` gives the reason.
+    Raises InvalidInput.
 
         >>> run = st.control("box_in_the_way")
         >>> run.status, run.q.shape == (len(run.times), 7)
@@ -3920,53 +4489,60 @@ def control(scenario: ControlScenario, *, law: Law | None = None, lambda_max: fl
 
 @overload
 def control(scenario: str | str | os.PathLike, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, contacts: ContactSource | None = None, delay: float | None = None, period: float | None = None, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
-    """The same of load_control_scenario(scenario)."""
+    """
+    The same for load_control_scenario(scenario): give the name or file of a scenario.
+    """
 
 class TouchScenario:
     """
-    An arm that goes to a posture among things that it does not know, as a file says (scenarios/README.md).
+    Scenario for touch() and guarded_moves(): an arm with torque sensors among obstacles that it does not know (scenarios/README.md).
     """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the scenario"""
 
     @property
-    def description(self) -> str: ...
+    def description(self) -> str:
+        """one line about the scenario"""
 
     @property
-    def file(self) -> pathlib.Path: ...
+    def file(self) -> pathlib.Path:
+        """path of the scenario file"""
 
     @property
     def model(self) -> Model:
-        """what the arm knows"""
+        """model that the arm knows"""
 
     @property
     def start(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """joint positions (n_a) [rad or m]"""
+        """joint positions at the start (n_a) [rad or m]"""
 
     @property
     def goal(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """joint positions (n_a) [rad or m]"""
+        """joint positions at the goal (n_a) [rad or m]"""
 
     @property
     def tolerance(self) -> float:
-        """of the largest joint at the goal [rad; m in lengths of the robots]"""
+        """
+        largest joint error at the goal; revolute joints [rad], prismatic joints in lengths of the robots
+        """
 
     @property
     def speed(self) -> float:
-        """of any point of the arm, at most [m/s]"""
+        """largest speed of any point of the arm [m/s]"""
 
     @property
     def max_touches(self) -> int:
-        """after which the arm gives up"""
+        """number of touches after which the arm gives up"""
 
     @property
     def lambda_max(self) -> float:
-        """[N]"""
+        """bound on contact forces [N]"""
 
     def make_world(self, seed: int = 0) -> Model:
         """
-        The model with what is not known, where it is for this seed. Raises InvalidInput: the start touches something.
+        Returns the true model, in which the unknown bodies are at their places for this seed. Raises InvalidInput: the start touches something.
         """
 
     def __repr__(self) -> str: ...
@@ -3976,54 +4552,61 @@ class TouchScenario:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class TouchOutcome(enum.Enum):
-    """How a touch run ended."""
+    """How a run of touch() ended."""
 
     Reached = 0
+    """the arm is at the goal"""
 
     NoRoute = 1
-    """the arm holds where it is"""
+    """
+    there is no path to the goal among the known obstacles; the arm holds its position
+    """
 
     TooManyTouches = 2
-    """the same"""
+    """max_touches is used up; the arm holds its position"""
 
     Missed = 3
-    """at the end of its path the arm is not at the goal, and feels nothing"""
+    """
+    the arm is at the end of its path but not at the goal, and feels no contact
+    """
 
 class Touch:
-    """A contact that was felt long enough to be told of."""
+    """Contact that the arm felt long enough to locate it."""
 
     @property
     def time(self) -> float:
-        """when it was told [s]"""
+        """time at which the contact was located [s]"""
 
     @property
     def link(self) -> str:
-        """as robot/link"""
+        """link in contact, as robot/link"""
 
     @property
     def p_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """where, from torques [m] (3)"""
+        """contact point in W, as estimated from joint torques [m] (3)"""
 
     @property
     def n_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """unit, out of what was touched (3)"""
+        """unit normal in W, out of the obstacle (3)"""
 
     @property
     def spread(self) -> float:
-        """deviation of the estimates [m]"""
+        """standard deviation of the estimated points [m]"""
 
     @property
     def force(self) -> float:
-        """mean of the estimates [N]"""
+        """mean of the estimated forces [N]"""
 
     @property
     def radius(self) -> float:
-        """of the ball that stands for it from then on (G.2) [m]"""
+        """
+        radius of the ball that represents the obstacle in the map from then on (G.2) [m]
+        """
 
     @property
     def error(self) -> float | None:
         """
-        distance from the nearest contact of the simulation [m]; None: there was none
+        distance from the nearest true contact in the simulation [m]; None: there was no contact
         """
 
     def __repr__(self) -> str: ...
@@ -4033,70 +4616,79 @@ class Touch:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class TouchRoute:
-    """A way to the goal among what was known then."""
+    """Path to the goal among the obstacles that were known at that time."""
 
     @property
     def time(self) -> float:
-        """when it was found [s]"""
+        """time at which the path was found [s]"""
 
     @property
-    def found(self) -> bool: ...
+    def found(self) -> bool:
+        """True: there is a path"""
 
     @property
     def postures(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """to the goal, both ends included (postures, n_a) [rad or m]"""
+        """
+        joint positions along the path, both ends included (postures, n_a) [rad or m]
+        """
 
     @property
     def travel(self) -> float:
-        """its length (G.1) [m]"""
+        """length of the path (G.1) [m]"""
 
     @property
     def wall_s(self) -> float:
-        """that the search took"""
+        """wall time of the search [s]"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class TouchResult:
-    """What came of going to a posture among unknown things."""
+    """Result of touch()."""
 
     @property
-    def status(self) -> Status: ...
+    def status(self) -> Status:
+        """see touch()"""
 
     @property
-    def outcome(self) -> TouchOutcome: ...
+    def outcome(self) -> TouchOutcome:
+        """how the run ended"""
 
     @property
-    def reached(self) -> bool: ...
+    def reached(self) -> bool:
+        """True: the arm reached its goal"""
 
     @property
     def reason(self) -> str:
-        """why the goal was not reached, or what the simulation said"""
+        """why the goal was not reached, or the error of the simulation"""
 
     @property
-    def touches(self) -> list[Touch]: ...
+    def touches(self) -> list[Touch]:
+        """contacts that the arm located"""
 
     @property
     def routes(self) -> list[TouchRoute]:
-        """the first before the first motion, then one after each touch"""
+        """paths: one before the first motion, then one after each touch"""
 
     @property
     def goal_error(self) -> float:
-        """of the largest joint at the end [rad; m in lengths of the robots]"""
+        """
+        largest joint error at the end; revolute joints [rad], prismatic joints in lengths of the robots
+        """
 
     @property
     def run(self) -> ControlRunResult:
-        """series and forces of the whole run"""
+        """samples and forces of the whole run"""
 
     @property
     def world(self) -> Model:
-        """what was simulated"""
+        """model that was simulated"""
 
     @property
     def map(self) -> Model:
         """
-        what the arm knows at the end: the scene, and a ball touch_1, touch_2, … for each place
+        model that the arm knows at the end: the scene, with a ball touch_1, touch_2, … at each located contact
         """
 
     def __repr__(self) -> str: ...
@@ -4108,7 +4700,7 @@ class TouchResult:
 @overload
 def load_touch_scenario(scenario: str | str | os.PathLike) -> TouchScenario:
     """
-    A scenario of touch: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+    Loads a scenario for touch() or guarded_moves(): the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
 
         >>> scenario = st.load_touch_scenario("reach_past_pillar")
         >>> scenario.goal.shape == scenario.start.shape, scenario.lambda_max
@@ -4118,19 +4710,22 @@ def load_touch_scenario(scenario: str | str | os.PathLike) -> TouchScenario:
 @overload
 def load_touch_scenario(scenario: dict, *, base: str | os.PathLike | None = None) -> TouchScenario:
     """
-    The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …".
+    Makes a scenario from a dict with the keys of a file. base: folder to which its paths are relative; None: the working folder. Raises InvalidInput: "field: got …".
     """
 
 @overload
 def touch(scenario: TouchScenario, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> TouchResult:
     """
-    An arm goes to its goal with bounded forces, locates what it meets from joint torques, and plans around it.
+    Simulates an arm that moves to a goal among unknown obstacles. It bounds contact forces, locates each obstacle that it touches from its
+    joint torques, and plans around it.
 
-      seed: of torque noise, of where the unknown is and of paths; None: the scenario's.
-      settle: forces are called steady this long after their contact was made [s], >= 0.
-      timeout_s: [s] > 0; None: as long as it takes.
+      scenario: TouchScenario of load_touch_scenario() that has a goal, or its name or file.
+      seed: of the torque noise, of the places of the unknown obstacles and of the paths. None: the seed of the scenario.
+      settle: time after the start of a contact from which its force counts as steady [s], >= 0.
+      timeout_s: largest wall time [s], > 0. None: no limit.
 
-    status: Solved: `outcome` says to what; MaxIterations (time used up); NumericalFailure (`reason`). Raises InvalidInput.
+    Returns a TouchResult. Its status is Solved if the simulation came to its end; `outcome` tells whether the arm reached its goal. Otherwise
+    it is MaxIterations: the time was used up; or NumericalFailure: see `reason`. Raises InvalidInput.
 
         >>> run = st.touch("reach_past_pillar", seed=0)
         >>> run.outcome, len(run.touches) > 0, run.run.q.shape == (len(run.run.times), 7)
@@ -4139,65 +4734,73 @@ def touch(scenario: TouchScenario, *, seed: int | None = None, settle: float = 0
 
 @overload
 def touch(scenario: str | str | os.PathLike, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> TouchResult:
-    """The same of load_touch_scenario(scenario)."""
+    """
+    The same for load_touch_scenario(scenario): give the name or file of a scenario.
+    """
 
 class MoveOutcome(enum.Enum):
-    """How a move ended."""
+    """How a guarded move ended."""
 
     Arrived = 0
-    """at the end of its way"""
+    """the tool reached the end of the path"""
 
     Felt = 1
-    """what its end asks for was felt, and is pressed with its force"""
+    """
+    the arm felt the expected contact, and presses with the force of the move
+    """
 
     Lost = 2
-    """what it pressed on is no longer there: an edge"""
+    """the arm lost the contact that it pressed on: an edge"""
 
     NotFelt = 3
-    """at the end of its way, and nothing was felt"""
+    """the tool reached the end of the path without the expected contact"""
 
     WrongLink = 4
-    """something was felt, on none of the links of its end"""
+    """the arm felt a contact on a link that the move does not name"""
 
     StillThere = 5
-    """at the end of its way, and what it presses on goes on"""
+    """
+    the tool reached the end of the path without losing the contact that it pressed on
+    """
 
 class FeltContact:
     """
-    A contact that ended a move, as torques tell. Times are those of the run.
+    Contact that ended a move, as estimated from joint torques. Times are times of the run.
     """
 
     @property
     def link(self) -> str:
-        """as robot/link"""
+        """link in contact, as robot/link"""
 
     @property
     def probability(self) -> float:
-        """of that link"""
+        """probability that the contact is on this link"""
 
     @property
     def p_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """place [m] (3)"""
+        """contact point in W [m] (3)"""
 
     @property
     def direction_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """of the force on the arm, unit (3)"""
+        """unit direction of the force on the arm in W (3)"""
 
     @property
     def force(self) -> float:
-        """[N]"""
+        """contact force [N]"""
 
     @property
     def begin(self) -> float:
-        """when it began [s]"""
+        """time at which the contact began [s]"""
 
     @property
     def alarm(self) -> float:
-        """when that was noticed, and the arm stopped [s]"""
+        """time at which the contact was detected and the arm stopped [s]"""
 
     @property
     def time(self) -> float:
-        """when it was told, pressed with the force of its move [s]"""
+        """
+        time at which the contact was located, while the arm pressed with the force of the move [s]
+        """
 
     def __repr__(self) -> str: ...
 
@@ -4206,61 +4809,71 @@ class FeltContact:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class GuardedMoveResult:
-    """What became of a move, and, from the simulation, how hard it pressed."""
+    """
+    Result of one guarded move, with the true contact forces of the simulation.
+    """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the move"""
 
     @property
-    def outcome(self) -> MoveOutcome: ...
+    def outcome(self) -> MoveOutcome:
+        """how the move ended"""
 
     @property
     def reason(self) -> str:
-        """where it is not as wanted"""
+        """explanation if the outcome is not the expected one"""
 
     @property
     def begin(self) -> float:
-        """[s]"""
+        """time at which the move began [s]"""
 
     @property
     def end(self) -> float:
-        """[s]"""
+        """time at which the move ended [s]"""
 
     @property
     def travelled(self) -> float:
-        """of the tool along its direction, as measured [m]"""
+        """measured distance that the tool moved along its direction [m]"""
 
     @property
     def felt(self) -> list[FeltContact]:
-        """one contact; of a hand one of each side"""
+        """contacts that were felt: one, or one for each side of a hand"""
 
     @property
     def corrected(self) -> str:
-        """fixed body that was moved in the model; empty: none"""
+        """
+        name of the fixed body whose place was corrected in the model; empty: none
+        """
 
     @property
     def correction(self) -> float | None:
-        """by which it was moved along the direction [m]; None: it was not"""
+        """
+        distance by which this body was moved along the direction of the move [m]; None: no correction
+        """
 
     @property
     def correction_error(self) -> float | None:
-        """where it then is less where it is in the simulation [m]"""
+        """error of the corrected place: its position minus the true position [m]"""
 
     @property
     def contact(self) -> float:
-        """when the first contact was made; the end where there was none [s]"""
+        """
+        time of the first contact in the simulation; the end of the move if there was none [s]
+        """
 
     @property
     def peak(self) -> float:
-        """largest force [N]"""
+        """largest contact force [N]"""
 
     @property
     def late_peak(self) -> float:
-        """the same from 0.1 s after the contact on [N]"""
+        """largest contact force later than 0.1 s after the first contact [N]"""
 
     @property
     def last_force(self) -> float:
-        """mean over the last 0.1 s [N]"""
+        """mean contact force over the last 0.1 s [N]"""
 
     def __repr__(self) -> str: ...
 
@@ -4269,46 +4882,47 @@ class GuardedMoveResult:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class GuardedResult:
-    """What came of the moves of a scenario."""
+    """Result of guarded_moves()."""
 
     @property
-    def status(self) -> Status: ...
+    def status(self) -> Status:
+        """see guarded_moves()"""
 
     @property
     def reached(self) -> bool:
-        """all moves ended as they should"""
+        """True: all moves ended as expected"""
 
     @property
     def reason(self) -> str:
-        """why not, or what the simulation said"""
+        """why a move did not end as expected, or the error of the simulation"""
 
     @property
     def moves(self) -> list[GuardedMoveResult]:
-        """those that were begun"""
+        """results of the moves that were begun"""
 
     @property
     def places(self) -> dict[str, Pose]:
         """
-        of fixed bodies that were felt, where the arm now knows them to be: name, pose in W
+        corrected poses of the fixed bodies that the arm felt: {name: pose in W}
         """
 
     @property
     def friction(self) -> JointFriction | None:
         """
-        of the joints, as a motion before the moves showed it; None: not asked for
+        joint friction that was identified by a motion before the moves; None: not asked for
         """
 
     @property
     def run(self) -> ControlRunResult:
-        """series and forces of the whole run"""
+        """samples and forces of the whole run"""
 
     @property
     def world(self) -> Model:
-        """what was simulated"""
+        """model that was simulated"""
 
     @property
     def model(self) -> Model:
-        """what the arm knows at the end"""
+        """model that the arm knows at the end, with corrected places"""
 
     def __repr__(self) -> str: ...
 
@@ -4319,14 +4933,18 @@ class GuardedResult:
 @overload
 def guarded_moves(scenario: TouchScenario, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> GuardedResult:
     """
-    Carries out the moves of a scenario one after the other, each until it arrives or feels something (docs/guarded_moves.md).
+    Simulates guarded moves: the arm moves in a straight line until it arrives or feels a contact in its joint torques (docs/guarded_moves.md).
 
-      scenario: one of load_touch_scenario() that has moves, or its name or file.
-      seed: of torque noise and of where the misplaced is; None: the scenario's.
-      settle: forces are called steady this long after their contact was made [s], >= 0.
-      timeout_s: [s] > 0; None: as long as it takes.
+    Use guarded moves to find a table, a wall or an edge whose place in the model is wrong. The moves of a scenario are carried out one after
+    the other.
 
-    status: Solved: `reached` says whether all moves ended as they should; MaxIterations (time used up); NumericalFailure (`reason`). Raises InvalidInput.
+      scenario: TouchScenario of load_touch_scenario() that has moves, or its name or file.
+      seed: of the torque noise and of the true places of misplaced bodies. None: the seed of the scenario.
+      settle: time after the start of a contact from which its force counts as steady [s], >= 0.
+      timeout_s: largest wall time [s], > 0. None: no limit.
+
+    Returns a GuardedResult. Its status is Solved if the simulation came to its end; `reached` tells whether all moves ended as expected.
+    Otherwise it is MaxIterations: the time was used up; or NumericalFailure: see `reason`. Raises InvalidInput.
 
         >>> done = st.guarded_moves("lower_until_touch", seed=1)
         >>> done.reached, done.moves[0].outcome, done.moves[0].felt[0].link, sorted(done.places)
@@ -4335,52 +4953,58 @@ def guarded_moves(scenario: TouchScenario, *, seed: int | None = None, settle: f
 
 @overload
 def guarded_moves(scenario: str | str | os.PathLike, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> GuardedResult:
-    """The same of load_touch_scenario(scenario)."""
+    """
+    The same for load_touch_scenario(scenario): give the name or file of a scenario.
+    """
 
 class Sampling(enum.Enum):
-    """How samples lie on a link."""
+    """Distribution of sample points on the surface of a link."""
 
     Uniform = 0
-    """independent, uniform by area"""
+    """independent points, uniform by area"""
 
     Stratified = 1
-    """one in each of equal areas"""
+    """one point in each of equal areas"""
 
     BlueNoise = 2
-    """of five times as many those that lie farthest apart"""
+    """the points farthest apart, chosen from five times as many"""
 
 class Normals(enum.Enum):
-    """Normals of a surface."""
+    """Kind of surface normals."""
 
     Flat = 0
-    """of the triangle"""
+    """normal of the triangle"""
 
     Smooth = 1
-    """of the corners, over edges that are not sharp"""
+    """interpolated from vertex normals, except at sharp edges"""
 
 class SurfaceOptions:
     """
-    What of a link counts as its surface.
+    Options for the surface of a link on which contacts are possible.
 
-      segments: triangles around a sphere, a cylinder or a capsule, >= 3.
-      rays: from each point whose visibility is tested; 0: hidden faces stay.
-      postures: of the robot in which a face may be seen, >= 1.
-      crease: edges sharper than this stay sharp with smooth normals [rad].
+      segments: number of triangles around a sphere, a cylinder or a capsule, >= 3.
+      rays: number of rays from each point whose visibility is tested. 0: hidden faces are kept.
+      postures: number of robot postures in which a face may be visible, >= 1.
+      crease: edges with a larger angle stay sharp with smooth normals [rad].
     """
 
     def __init__(self, *, segments: int = 32, rays: int = 32, postures: int = 4, crease: float = 0.8) -> None: ...
 
     @property
-    def segments(self) -> int: ...
+    def segments(self) -> int:
+        """triangles around a round shape"""
 
     @property
-    def rays(self) -> int: ...
+    def rays(self) -> int:
+        """rays of the visibility test"""
 
     @property
-    def postures(self) -> int: ...
+    def postures(self) -> int:
+        """postures of the visibility test"""
 
     @property
-    def crease(self) -> float: ...
+    def crease(self) -> float:
+        """angle of a sharp edge [rad]"""
 
     def __repr__(self) -> str: ...
 
@@ -4390,7 +5014,7 @@ class SurfaceOptions:
 
 class GaussNewton:
     """
-    Levenberg-Marquardt on point and force together; steps in shares of the link's size.
+    Levenberg-Marquardt over contact point and force together. Step lengths are shares of the link's size.
     """
 
     def __init__(self, *, max_steps: int = 20, tol_step: float = 1e-06, damping: float = 1e-06, max_step: float = 0.2) -> None: ...
@@ -4402,7 +5026,7 @@ class GaussNewton:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class SteepestDescent:
-    """Algorithm 4 of the thesis (RSGD): steepest descent on the surface."""
+    """Steepest descent on the surface: algorithm 4 of the thesis (RSGD)."""
 
     def __init__(self, *, max_steps: int = 50, tol_gradient: float = 1e-05, armijo: float = 0.4, backtrack: float = 0.5, max_backtracks: int = 10, max_step: float = 0.1) -> None: ...
 
@@ -4413,7 +5037,7 @@ class SteepestDescent:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class RejectionSampling:
-    """The accepted samples as they are (4.9)."""
+    """Rejection sampling: the accepted samples, without descent (4.9)."""
 
     def __init__(self) -> None: ...
 
@@ -4425,29 +5049,29 @@ class RejectionSampling:
 
 class Detectability(enum.Enum):
     """
-    What the torque of the last joint before a link shows of a contact (4.7).
+    Whether a contact on a link causes a torque in the last joint before the link (4.7).
     """
 
     Undetectable = 0
-    """no force of the cone makes a torque"""
+    """no force of the friction cone causes a torque"""
 
     Partial = 1
-    """some do"""
+    """some forces of the cone cause a torque"""
 
     Full = 2
-    """every one does, but 0"""
+    """every force of the cone except 0 causes a torque"""
 
 class DetectabilityMap:
-    """Of the samples of a link."""
+    """Detectability of contacts at the sample points of a link."""
 
     @property
     def kinds(self) -> list[Detectability]:
-        """per sample"""
+        """detectability at each sample"""
 
     @property
     def eta(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        share of the unit forces whose torque is at most epsilon (4.8), in [0, 1] (samples)
+        share of the unit forces whose torque is at most epsilon, in [0, 1] (4.8) (samples)
         """
 
     @property
@@ -4459,49 +5083,47 @@ class DetectabilityMap:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Verdict(enum.Enum):
-    """What torques say of contacts."""
+    """Whether the joint torques show a contact."""
 
     BelowThreshold = 0
-    """no contact, or one that these torques do not show"""
+    """no contact, or a contact that these torques do not show"""
 
     Explained = 1
-    """
-    at least one candidate makes the torques, as far as noise and tolerance tell
-    """
+    """at least one candidate explains the torques within noise and tolerance"""
 
     Unexplained = 2
     """
-    a single contact on the sensed links does not: several contacts, another link, or a wrong friction
+    no single contact on the sensed links explains the torques: several contacts, another link, or a wrong friction
     """
 
 class SensedLink:
-    """A link on which contacts are looked for."""
+    """Link on which a Sensor locates contacts."""
 
     @property
     def name(self) -> str:
-        """as robot/link"""
+        """name of the link, as robot/link"""
 
     @property
     def p_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """samples, in the link's frame [m] (samples, 3)"""
+        """sample points in the frame of the link [m] (samples, 3)"""
 
     @property
     def n_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """their outward unit normals (samples, 3)"""
+        """outward unit normals at the sample points (samples, 3)"""
 
     @property
     def spacing(self) -> float:
-        """root of the area per sample [m]"""
+        """square root of the area per sample [m]"""
 
     @property
     def joints(self) -> int:
         """
-        coordinates that move it: below 3 forces are not unique, below 5 points are not
+        number of joints that move the link; below 3, contact forces are not unique, and below 5, contact points are not unique
         """
 
     @property
     def area(self) -> float:
-        """of its surface [m^2]"""
+        """area of its surface [m^2]"""
 
     @property
     def size(self) -> float:
@@ -4515,78 +5137,78 @@ class SensedLink:
 
 class Candidate:
     """
-    A cluster of points that explain the torques alike, by its best one. A valley is one candidate with its extent.
+    Possible contact: a cluster of points that explain the torques equally well, described by its best point.
     """
 
     @property
     def link(self) -> str:
-        """as robot/link"""
+        """link in contact, as robot/link"""
 
     @property
     def p_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """in the link's frame [m] (3)"""
+        """contact point in the frame of the link [m] (3)"""
 
     @property
     def n_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """outward unit normal (3)"""
+        """outward unit normal in the frame of the link (3)"""
 
     @property
     def f_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """on the robot [N] (3)"""
+        """force on the robot in the frame of the link [N] (3)"""
 
     @property
     def p_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[m] (3)"""
+        """contact point in W [m] (3)"""
 
     @property
     def n_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """(3)"""
+        """outward unit normal in W (3)"""
 
     @property
     def f_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[N] (3)"""
+        """force on the robot in W [N] (3)"""
 
     @property
     def residual(self) -> float:
-        """l (4.5) [(N m)^2]"""
+        """residual l (4.5) [(N m)^2]"""
 
     @property
     def explains(self) -> bool:
-        """the torques, as far as noise and tolerance tell"""
+        """True: the contact explains the torques within noise and tolerance"""
 
     @property
     def objective(self) -> float:
         """
-        min l + (noise/F)^2 |f|^2 at the best point [(N m)^2]; over noise^2 it is -2 ln of a posterior, up to a constant
+        min l + (noise/F)^2 |f|^2 at the best point [(N m)^2]; divided by noise^2 it is -2 ln of a posterior, up to a constant
         """
 
     @property
     def probability(self) -> float:
         """
-        of the places on its link that are nearest to it; 0 without posterior=True
+        probability of the points of its link that are nearest to this candidate; 0 without posterior=True
         """
 
     @property
     def rank(self) -> int:
-        """of J_C: below 3 the force is not unique"""
+        """rank of J_C; below 3 the force is not unique"""
 
     @property
     def extent(self) -> float:
         """
-        largest distance of its points, of those as good, from the best one [m]
+        size of the cluster: largest distance of an equally good point from the best point [m]
         """
 
     @property
     def force_spread(self) -> float:
-        """largest distance of their forces from f_W [N]"""
+        """largest difference between the forces of these points and f_W [N]"""
 
     @property
     def points(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """p_L of its points, by residual [m] (points, 3)"""
+        """p_L of the points of the cluster, ordered by residual [m] (points, 3)"""
 
     @property
     def residuals(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """l of its points [(N m)^2] (points)"""
+        """residuals l of these points [(N m)^2] (points)"""
 
     def __repr__(self) -> str: ...
 
@@ -4595,29 +5217,33 @@ class Candidate:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Discrimination:
-    """A small motion that tells candidates apart (4.13)."""
+    """Small motion of the robot that distinguishes candidates (4.13)."""
 
     @property
     def status(self) -> Status:
-        """Solved, or Infeasible: proved that no motion does"""
+        """
+        Solved; or Infeasible: proof that no motion distinguishes the candidates
+        """
 
     @property
     def dq(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the joints (n_a) [rad or m]"""
+        """motion of the joints (n_a) [rad or m]"""
 
     @property
     def pull(self) -> list[int]:
-        """of each candidate: 1 it pulls away, 0 it pushes into"""
+        """
+        for each candidate, 1: the motion pulls away from the contact; 0: it pushes into the contact
+        """
 
     @property
     def objective(self) -> int:
         """
-        how far from half of the candidates it pulls away, of those that are possible the least
+        difference between the number of candidates that it pulls away from and half of all; the smallest possible value
         """
 
     @property
     def nodes(self) -> int:
-        """linear programs that were solved"""
+        """number of linear programs that were solved"""
 
     def __repr__(self) -> str: ...
 
@@ -4627,10 +5253,11 @@ class Discrimination:
 
 class Posterior:
     """
-    Where the robot is touched, as probabilities: nothing, or one contact on a link.
+    Probabilities of where the robot is touched: nowhere, or at one contact on a link.
 
-    Before torques are seen a contact has the probability touch_prior, and acts anywhere on what can be touched, uniformly by area, with a force that is normal in every
-    direction and cut to the friction cone. Its standard deviation is plausible_force, or not known: 4 N, what the weakest joint holds, or their geometric mean.
+    The prior probability of a contact is touch_prior. The prior of the contact point is uniform over the sensed surface. The prior of the force
+    is a normal distribution, cut to the friction cone, with the standard deviation plausible_force. If plausible_force is not given, the
+    standard deviation is unknown: 4 N, the force that the weakest joint holds, or their geometric mean.
     """
 
     @property
@@ -4640,22 +5267,24 @@ class Posterior:
     @property
     def links(self) -> dict[str, float]:
         """
-        probability of a contact on each link, the largest first; with `nothing` they sum to 1
+        probability of a contact on each link, the largest first; together with `nothing` they sum to 1
         """
 
     @property
     def credible(self) -> list[str]:
         """
-        the fewest links that hold 95 % of what is not `nothing`, the likeliest first
+        smallest set of links with 95 % of the probability of a contact, the most likely link first
         """
 
     def points(self, link: str) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
         """
-        places on a link that carry weight, the likeliest first, in its frame [m] (places, 3)
+        Returns the points of a link with notable probability, the most likely first, in the frame of the link [m] (places, 3).
         """
 
     def probabilities(self, link: str) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """their probabilities (places)"""
+        """
+        Returns the probabilities of the points of a link that points() returns (places).
+        """
 
     def __repr__(self) -> str: ...
 
@@ -4664,18 +5293,21 @@ class Posterior:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class SenseResult:
-    """What torques say of one moment."""
+    """Contacts that explain the joint torques of one measurement."""
 
     @property
-    def verdict(self) -> Verdict: ...
+    def verdict(self) -> Verdict:
+        """whether a contact explains the torques"""
 
     @property
     def candidates(self) -> list[Candidate]:
-        """those that explain, by objective, then the others, by residual"""
+        """
+        candidates that explain the torques, ordered by objective; then the others, ordered by residual
+        """
 
     @property
     def explained(self) -> float:
-        """l up to which torques count as explained [(N m)^2]"""
+        """largest residual l that counts as explained [(N m)^2]"""
 
     @property
     def posterior(self) -> Posterior | None:
@@ -4683,58 +5315,68 @@ class SenseResult:
 
     @property
     def largest(self) -> float:
-        """of the torques that is largest against its noise, less rest [N m; N]"""
+        """torque that is largest relative to its noise, minus rest [N m; N]"""
 
     @property
     def largest_joint(self) -> int:
-        """its joint"""
+        """index of the joint with this torque"""
 
     @property
     def threshold(self) -> float:
-        """from which that joint would have shown a contact [N m; N]"""
+        """
+        torque of this joint from which the search for contacts begins [N m; N]
+        """
 
     @property
     def noise(self) -> float:
         """
-        of each torque in the coordinates of residuals, so that residual/noise^2 has no unit [N m]
+        noise of each torque in the coordinates of the residuals, so that residual/noise^2 has no unit [N m]
         """
 
     @property
     def friction(self) -> float:
         """
-        with which they were looked for: more than was given where that explained nothing
+        friction coefficient of the search; larger than the given one if that explained nothing
         """
 
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """number of samples"""
 
     @property
     def accepted(self) -> int:
-        """samples with a residual small enough"""
+        """number of samples with a small enough residual"""
 
     @property
-    def descents(self) -> int: ...
+    def descents(self) -> int:
+        """number of descents"""
 
     @property
     def converged(self) -> int:
-        """of the descents"""
+        """number of descents that converged"""
 
     def calc_distance(self, link: str, p_L: numpy.typing.ArrayLike) -> float:
         """
-        Distance of a known contact, p_L in the frame of a link [m] (3), from the nearest point that explains the torques [m]; inf where none is on that link.
+        Returns the distance of a known contact from the nearest point that explains the torques [m]; inf if no such point is on that link.
+
+          link: link of the known contact, as "robot/link".
+          p_L: known contact point in the frame of the link [m] (3).
         """
 
     def discriminate(self, q: numpy.typing.ArrayLike, *, all: bool | numpy.bool_ = False, joint_step: float = 0.05, travel: float | None = None, least: float = 0.1, sideways: float = 0.5) -> Discrimination:
         """
-        The motion that pulls away from half of the candidates and pushes into the others, as nearly as can be (4.13): what becomes
-        of the torques then refutes one half. Of those that explain, in their order; with `all` of all.
+        Finds a small motion that distinguishes the candidates (4.13).
 
-          q: (n_q), or joint positions (n_a), of the measurement.
+        The motion pulls away from about half of the candidates and pushes into the others. The change of the torques then refutes one half.
+
+          q: configuration of the measurement (n_q), or joint positions alone (n_a).
+          all: True: distinguish all candidates. False: only the candidates that explain the torques.
           joint_step: largest change of a joint [rad or m], > 0.
-          travel: longest motion at a contact [m], > 0; None: a tenth of joint_step times the longest reach.
-          least: of pulling and pushing, sideways: of sliding, shares of travel; least in (0, 1).
+          travel: largest motion of a contact point [m], > 0. None: a tenth of joint_step times the longest reach.
+          least: smallest motion along the normal at a contact, as a share of travel, in (0, 1).
+          sideways: largest sliding motion at a contact, as a share of travel.
 
-        Raises InvalidInput: options, no candidate.
+        Returns a Discrimination. Raises InvalidInput: options out of range, no candidate.
         """
 
     def __repr__(self) -> str: ...
@@ -4744,42 +5386,42 @@ class SenseResult:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Payload:
-    """
-    A rigid body that hangs on a link, and of which the robot does not know.
-    """
+    """Payload on a link that the robot's own model does not contain."""
 
     @property
     def mass(self) -> float:
-        """[kg]; negative: the robot was told of too much, or the sign is -1"""
+        """
+        mass [kg]; negative: the robot's model has too much mass, or the sign of the torques is -1
+        """
 
     @property
     def mass_deviation(self) -> float:
-        """standard deviation [kg]"""
+        """standard deviation of the mass [kg]"""
 
     @property
     def centre_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """of mass, in the frame of the link [m] (3)"""
+        """centre of mass in the frame of the link [m] (3)"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Hysteresis:
-    """What a touch leaves for a while in the torques of rest."""
+    """Error of the rest torques that remains for a while after a touch."""
 
     @property
     def share(self) -> float:
         """
-        of the largest torque of each joint in the touch, by which it is off right after it (standard deviation)
+        standard deviation of the error right after a touch, as a share of the largest torque of the joint during the touch
         """
 
     @property
     def freedom(self) -> float:
-        """independent numbers by which it is known; 0: no touch is known"""
+        """degrees of freedom of this estimate; 0: no rows were touched"""
 
     @property
     def settle(self) -> float:
-        """time after a touch from which on torques are those of rest [s]"""
+        """time after a touch until the error has vanished [s]"""
 
     def __getstate__(self) -> tuple: ...
 
@@ -4787,93 +5429,106 @@ class Hysteresis:
 
 class TorqueNoise:
     """
-    Noise of torques, and how well it is known: sense(noise=n.covariance, freedom=n.freedom).
+    Noise of joint torques, and how well it is known. Use it as sense(noise=n.covariance, freedom=n.freedom).
     """
 
     @property
     def covariance(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """(n_a, n_a) [(N m)^2]"""
+        """covariance of the torques (n_a, n_a) [(N m)^2]"""
 
     @property
     def freedom(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """independent numbers by which the noise of each joint is known (n_a)"""
+        """degrees of freedom of the noise estimate of each joint (n_a)"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class Calibration:
-    """What is known of torques after rows at rest: calibrate()."""
+    """
+    Result of calibrate(): offset, noise and drift of the external joint torques, and the payload.
+    """
 
     @property
     def rest(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        torques where nothing touches, as measured: of the last record (n_a) [N m; N]
+        torque offset: the measured torques without contact, from the last record (n_a) [N m; N]
         """
 
     @property
     def noise(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """covariance of a torque less rest (n_a, n_a) [(N m)^2]"""
+        """covariance of a measured torque minus rest (n_a, n_a) [(N m)^2]"""
 
     @property
     def within(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
         """
-        covariance of a row about the mean of a long record (n_a, n_a) [(N m)^2]
+        covariance of a single row about the mean of a long record (n_a, n_a) [(N m)^2]
         """
 
     @property
     def noise_between(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')] | None:
         """
-        the same with the rest of another record of the posture (n_a, n_a); None where no posture has two records
+        noise if rest comes from another record of the same posture (n_a, n_a) [(N m)^2]; None: no posture has two records
         """
 
     @property
     def deviation(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """standard deviation of each torque less rest (n_a) [N m; N]"""
+        """standard deviation of each measured torque minus rest (n_a) [N m; N]"""
 
     @property
     def drift(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')] | None:
-        """of a random walk (n_a, 1) [N m/s^0.5]; None without times that differ"""
+        """
+        drift of the offset as a random walk (n_a, 1) [N m/s^0.5]; None: there are no times that differ
+        """
 
     @property
     def freedom(self) -> int:
-        """independent numbers by which the noise is known: rows less records"""
+        """
+        degrees of freedom of the noise: number of rows minus number of records
+        """
 
     @property
     def hysteresis(self) -> Hysteresis:
-        """what touches leave, where rows were touched: Hysteresis"""
+        """Hysteresis: error that remains after a touch, if rows were touched"""
 
     @property
     def payload(self) -> Payload | None:
-        """Payload, or None"""
+        """Payload that was found, or None"""
 
     @property
-    def rows(self) -> int: ...
+    def rows(self) -> int:
+        """number of rows"""
 
     @property
-    def records(self) -> int: ...
+    def records(self) -> int:
+        """number of records"""
 
     @property
-    def postures(self) -> int: ...
+    def postures(self) -> int:
+        """number of postures"""
 
     @property
     def touched(self) -> list[int]:
-        """rows that were left out: something seems to touch the robot there"""
+        """
+        indices of rows that were left out, since something seems to touch the robot
+        """
 
     @property
     def notes(self) -> list[str]:
-        """a sentence each"""
+        """remarks, one sentence each"""
 
     def calc_rest(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        rest at a posture, with the payload (n_a). q: (n_q), or joint positions (n_a).
+        Returns the torque offset at a posture, payload included (n_a) [N m; N]. q: configuration (n_q), or joint positions alone (n_a).
         """
 
     def calc_noise(self, *, touch: numpy.typing.ArrayLike | None = None, seconds: float = 0.0, rest_rows: int = 1) -> TorqueNoise:
         """
-        Noise of a torque less the mean of `rest_rows` rows, `seconds` after a touch, as TorqueNoise.
+        Returns the TorqueNoise of a measured torque minus the torque offset.
 
-          touch: largest torque of each joint in the touch (n_a) [N m; N], or None where nothing has touched.
+          touch: largest torque of each joint during the last touch (n_a) [N m; N]. None: there was no touch.
+          seconds: time since that touch [s], >= 0.
+          rest_rows: number of rows whose mean is the offset, >= 1.
         """
 
     def __repr__(self) -> str: ...
@@ -4884,71 +5539,86 @@ class Calibration:
 
 def calibrate(model: Model, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, t: numpy.typing.ArrayLike | None = None, records: Sequence[int] | None = None, touched: Sequence[bool] | None = None, payload: str | None = None, same_posture: float = 0.05, settle: float = 1.0, unmeasured: Sequence[int | str] = []) -> Calibration:
     """
-    Offset, noise and drift of a robot's external torques, and a payload that it does not know of, from rows in which nothing touches it.
+    Estimates offset, noise and drift of a robot's external joint torques from measurements at rest, and an unknown payload.
 
-      q, tau: joint positions and torques as measured (rows, n_a). t: times [s] (rows). records: number of the record of each row (rows), or one record.
-      touched: rows in which something touches the robot (rows), or None. They and those less than `settle` seconds after them are no rest, and say what a touch leaves.
-      payload: "robot/link" that may carry one; it takes rest in three postures or more.
-      same_posture: largest difference of joint positions of one posture.
-      unmeasured: joints without a torque sensor, by index or name; their noise is given as 1 and their rest as 0.
+    Call it before Sensor.sense(): its arguments rest, noise and freedom take the results.
 
-    Raises InvalidInput: sizes, no record with two rows, a torque that never changes, rows of which many are touched.
+      model: Model with the robot.
+      q, tau: measured joint positions and torques (rows, n_a) [rad or m], [N m; N]. Each row is one measurement without contact.
+      t: times of the rows [s] (rows), or None.
+      records: number of the record that each row belongs to (rows). None: all rows are one record.
+      touched: True for each row in which something touches the robot (rows), or None. These rows, and rows up to `settle` seconds later, do
+        not count as rest. They show the error that a touch leaves (Hysteresis).
+      payload: link that may carry a payload, as "robot/link". This needs rest in three postures or more. None: no payload.
+      same_posture: largest difference of joint positions within one posture [rad or m].
+      settle: time after a touch until the torques are at rest again [s].
+      unmeasured: joints without a torque sensor, by index or name. Their noise is returned as 1, and their rest as 0.
+
+    Returns a Calibration. Raises InvalidInput: wrong sizes, no record with two rows, a torque that never changes, or many touched rows.
     """
 
 class SignCheck:
-    """Which sign total torques have."""
+    """Result of check_sign(): the sign convention of the measured torques."""
 
     @property
     def sign(self) -> int:
         """
-        1: of the motors on the links; -1: the other one; 0: these are no total torques
+        1: torques of the motors on the links; -1: the opposite sign; 0: these are not total torques of this model
         """
 
     @property
     def factor(self) -> float:
-        """of the torques that hold the robot against gravity"""
+        """
+        measured torques as a multiple of the torques that hold the robot against gravity
+        """
 
     @property
     def message(self) -> str:
-        """what it means, or what to do"""
+        """explanation, or advice"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 def check_sign(model: Model, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike) -> SignCheck:
-    """The sign of total torques at rest, from gravity. q, tau: (rows, n_a)."""
+    """
+    Determines the sign convention of measured total joint torques, by comparison with gravity.
+
+      q, tau: joint positions and total torques at rest (rows, n_a).
+
+    Returns a SignCheck.
+    """
 
 def calc_holding_torques(model: Model, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
     """
-    Torques with which motors hold the robots against gravity (n_a) [N m; N]. q: (n_q), or joint positions (n_a).
+    Returns the motor torques that hold the robots against gravity (n_a) [N m; N]. q: configuration (n_q), or joint positions alone (n_a).
     """
 
 class JointFriction:
     """
-    Friction coulomb tanh(qd/stiction_speed) + viscous qd of each joint, and the offset of its torque sensor.
+    Friction of each joint, coulomb tanh(qd/stiction_speed) + viscous qd, and the offset of its torque sensor.
     """
 
     @property
     def coulomb(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_a) [N m; N]"""
+        """Coulomb friction (n_a) [N m; N]"""
 
     @property
     def viscous(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_a) [N m s/rad; N s/m]"""
+        """viscous friction (n_a) [N m s/rad; N s/m]"""
 
     @property
     def offset(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """(n_a) [N m; N]"""
+        """offset of the torque sensor (n_a) [N m; N]"""
 
     @property
     def stiction_speed(self) -> float:
-        """below which friction has no sure sign [rad/s or m/s]"""
+        """speed below which the sign of friction is uncertain [rad/s or m/s]"""
 
     @property
     def left(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        deviation of the torques that the fit leaves, their noise included (n_a) [N m; N]
+        standard deviation of the residual torques of the fit, noise included (n_a) [N m; N]
         """
 
     def __getstate__(self) -> tuple: ...
@@ -4957,59 +5627,74 @@ class JointFriction:
 
 def observe(model: Model, t: numpy.typing.ArrayLike, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, time_constant: float = 0.02, friction: JointFriction | None = None) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
     """
-    External torques from motion and motor torques, by the momentum observer: no accelerations are needed (time, n_a) [N m; N].
+    Estimates external torques from motion and motor torques with a momentum observer, which needs no accelerations.
 
-      t: times, increasing [s] (time). q, qd, tau: joint positions, velocities and torques of the motors on the links (time, n_a).
-      time_constant: lag [s], > 0. friction: of identify_friction(), or None.
+    Its result is the argument tau of Sensor.sense().
 
-    Raises InvalidInput: sizes, numbers that are not finite, times that do not increase, a robot without masses.
+      model: Model with the robot.
+      t: times, increasing [s] (time).
+      q, qd: joint positions [rad or m] and velocities [rad/s or m/s] (time, n_a).
+      tau: torques of the motors on the links [N m; N] (time, n_a).
+      time_constant: lag of the estimate [s], > 0.
+      friction: JointFriction of identify_friction(). None: no friction.
+
+    Returns the external torques [N m; N] (time, n_a). Raises InvalidInput: wrong sizes, numbers that are not finite, times that do not
+    increase, a robot without masses.
     """
 
 def identify_friction(model: Model, t: numpy.typing.ArrayLike, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, time_constant: float = 0.02, stiction_speed: float = 0.01) -> JointFriction:
     """
-    Friction of each joint, from motion in which nothing touches the robot and every joint moves in both directions.
+    Identifies the friction of each joint from a motion without contact, in which every joint moves in both directions.
 
-      Arguments as of observe(). stiction_speed: below which friction has no sure sign [rad/s or m/s], > 0.
+      model, t, q, qd, tau, time_constant: as in observe().
+      stiction_speed: speed below which the sign of friction is uncertain [rad/s or m/s], > 0.
 
-    Raises InvalidInput: as observe(); a joint that does not move in both directions.
+    Returns a JointFriction. Raises InvalidInput: as observe(), or a joint that does not move in both directions.
     """
 
 class TouchOnset:
     """
-    When a touch begins, and its torques since then as one measurement.
+    Detects when a touch begins, and averages the torques since then.
 
-    The slow offset of the torques is followed where nothing touches, and a change test adds up what differs from it. From the beginning of a touch on the offset is
-    held, and the mean of the torques grows sharper: sense(q, onset.mean, rest=onset.rest, noise=onset.noise). Belongs to one thread.
+    Without contact, the detector tracks the slow offset of the torques. A change test sums up the differences from this offset. When a touch
+    begins, the offset is held, and the mean of the torques becomes more accurate with every row: use it as
+    sense(q, onset.mean, rest=onset.rest, noise=onset.noise). Only one thread may use a detector.
 
-      rest: torques where nothing touches (n) [N m; N]. noise: standard deviations of one row (n), or their covariance (n, n): Calibration.within.
-      drift: of the offset, a random walk (n) [N m/s^0.5], or None. false_alarms: share of rows at which an alarm begins where nothing touches, in (0, 0.1).
-      hysteresis, settle: what a touch leaves, as Calibration.hysteresis says: for `settle` seconds the offset is off by this share of its torques.
-      shift: change that is to be found soonest, in deviations of the noise, > 0. rest_rows: of which rest is the mean. quiet: rows within noise that end a touch, >= 1.
+      rest: torques without contact (n) [N m; N].
+      noise: standard deviations of one row (n), or their covariance (n, n), as Calibration.within.
+      drift: drift of the offset as a random walk (n) [N m/s^0.5]. None: no drift.
+      hysteresis, settle: error that a touch leaves, as in Calibration.hysteresis. For `settle` seconds after a touch [s], the offset has an
+        error of this share of the torques of the touch.
+      false_alarms: share of rows without contact at which a false alarm begins, in (0, 0.1).
+      shift: change of the torques that is to be detected soonest, in standard deviations of the noise, > 0.
+      rest_rows: number of rows whose mean is `rest`.
+      quiet: number of rows within the noise that end a touch, >= 1.
 
-    Raises InvalidInput by the name of the argument.
+    Raises InvalidInput, which names the argument.
     """
 
     def __init__(self, rest: numpy.typing.ArrayLike, noise: numpy.typing.ArrayLike | numpy.typing.ArrayLike, *, drift: numpy.typing.ArrayLike | None = None, hysteresis: float = 0.0, settle: float = 1.0, false_alarms: float = 1.388888888888889e-06, shift: float = 2.0, rest_rows: int = 1, quiet: int = 5) -> None: ...
 
     def update(self, tau: numpy.typing.ArrayLike, dt: float) -> bool:
         """
-        A row of torques (n), dt after the one before [s]. Returns whether something touches.
+        Processes one row of torques (n) [N m; N], measured dt [s] after the previous row. Returns True while something touches.
         """
 
     @property
-    def touches(self) -> bool: ...
+    def touches(self) -> bool:
+        """True: something touches"""
 
     @property
     def rows(self) -> int:
-        """since the touch began"""
+        """number of rows since the touch began"""
 
     @property
     def rest(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """offset before the touch (n) [N m; N]"""
+        """offset of the torques before the touch (n) [N m; N]"""
 
     @property
     def mean(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the torques since the touch began (n) [N m; N]"""
+        """mean of the torques since the touch began (n) [N m; N]"""
 
     @property
     def noise(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
@@ -5017,25 +5702,30 @@ class TouchOnset:
 
     @property
     def sum(self) -> float:
-        """of the change test"""
+        """sum of the change test"""
 
     @property
     def bound(self) -> float:
-        """from which on something touches"""
+        """value of `sum` from which a touch counts as detected"""
 
     def __reduce__(self) -> tuple: ...
 
 class Sensor:
     """
-    Surfaces and samples of the links of a robot, on which contacts are looked for. Immutable, shared by threads.
+    Locates contacts on the links of a robot from joint torques.
 
-      model: with at least one robot.
-      links: "robot/link", * matches any run of characters; empty: all that a joint moves and that have geometry.
-      samples: on each link, >= 1. sampling, normals: Sampling.Stratified, Normals.Flat.
-      seed: of samples and of the postures in which faces may be seen.
-      surface: SurfaceOptions().
+    A sensor holds sample points on the surface of each link. Make it once and call sense() for every measurement. It is immutable, and threads
+    may share it.
 
-    Raises InvalidInput: a pattern that matches no link; a link that no joint moves or that has no surface.
+      model: Model with at least one robot.
+      links: names of the links to sense, as "robot/link"; * matches any characters. Empty: all links that a joint moves and that have geometry.
+      samples: number of sample points on each link, >= 1.
+      sampling: distribution of the sample points.
+      normals: kind of surface normals.
+      seed: of the sample points, and of the postures in the visibility test of the surface.
+      surface: SurfaceOptions.
+
+    Raises InvalidInput: a pattern matches no link, or a link is not moved by a joint or has no surface.
 
         >>> model = st.load_model({"robots": [{"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}]})
         >>> sensor = st.Sensor(model, links=["arm/forearm_link"], samples=200)
@@ -5049,134 +5739,181 @@ class Sensor:
     def __init__(self, model: Model, *, links: Sequence[str] = [], samples: int = 500, sampling: Sampling = Sampling.Stratified, normals: Normals = Normals.Flat, seed: int = 0, surface: SurfaceOptions = ...) -> None: ...
 
     @property
-    def model(self) -> Model: ...
+    def model(self) -> Model:
+        """model of the robot"""
 
     @property
     def links(self) -> list[SensedLink]:
-        """the sensed ones, in the order of the model"""
+        """sensed links, in the order of the model"""
 
     @property
     def notes(self) -> list[str]:
-        """faces left out, and links whose joints leave contacts ambiguous"""
+        """
+        remarks, one sentence each: faces that were left out, and links with too few joints to locate a contact
+        """
 
     def calc_residuals(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, link: str, p_L: numpy.typing.ArrayLike, n_L: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        l(p) = min over f in the cone of |J_C^T f - tau|^2 at given points (4.5) [(N m)^2] (points).
+        Computes the residual l(p) = min over f in the cone of |J_C^T f - tau|^2 at given points (4.5).
 
-          q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. link: "robot/link".
-          p_L, n_L: points and outward normals, in the link's frame (points, 3) [m].
+          q: configuration (n_q), or joint positions alone (n_a).
+          tau: external torques (n_a) [N m; N].
+          link: name of the link, as "robot/link".
+          p_L, n_L: points and outward normals in the frame of the link (points, 3) [m].
+          friction, rays: friction cone, as in sense().
+
+        Returns the residuals [(N m)^2] (points).
         """
 
     def calc_undetectability(self, link: str, p_L: numpy.typing.ArrayLike, n_L: numpy.typing.ArrayLike, *, friction: float = 1.0, epsilon: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        eta (4.8) at given points: share of the unit forces of the exact cone whose torque is at most epsilon [N m/N], > 0 (points).
+        Computes the undetectability eta at given points (4.8): the share of unit forces of the exact cone whose torque is small.
 
-          p_L, n_L: points and outward normals, in the link's frame (points, 3) [m].
+          link: name of the link, as "robot/link".
+          p_L, n_L: points and outward normals in the frame of the link (points, 3) [m].
+          friction: friction coefficient of the cone.
+          epsilon: a torque of at most this per unit of force is small [N m/N], > 0.
+
+        Returns eta (points).
         """
 
     def calc_detectability(self, link: str, *, friction: float = 1.0, rays: int = 4, epsilon: float) -> DetectabilityMap:
         """
-        What the torque of the last joint shows at every sample of a link (4.7), (4.8).
+        Computes whether contacts at the samples of a link cause a torque in the last joint before the link (4.7), (4.8).
+
+          link: name of the link, as "robot/link".
+          friction, rays: friction cone, as in sense().
+          epsilon: a torque of at most this per unit of force is small [N m/N], > 0.
+
+        Returns a DetectabilityMap.
         """
 
     def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5, freedom: float | numpy.typing.ArrayLike | None = None) -> SenseResult:
         """
-        Every single contact on the sensed links that makes the torques.
+        Finds all single contacts on the sensed links that explain the joint torques of one measurement.
 
-          q: configuration (n_q), or joint positions alone (n_a) with objects at their placed frames [rad or m].
-          tau: external torques (n_a), in the order of u: measured ones less those of gravity and motion [N m; N].
-          last: result of the cycle before, whose candidates are starts as well.
+          q: configuration (n_q), or joint positions alone (n_a) [rad or m]; objects are then at their placed frames.
+          tau: external torques (n_a), in the order of u: the measured torques minus the torques of gravity and motion [N m; N].
+          last: SenseResult of the previous cycle. The search also starts from its candidates. None: no previous result.
+
+        Returns a SenseResult with the candidates.
 
         Options:
-          friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
-          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or their covariance (n_a, n_a): Calibration.noise.
-          rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
-          sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
-          unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
-          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint, or more where that is known from few rows.
-          accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
-          tolerance: share of |tau| that an explanation may leave where there is no noise.
-          method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
-          merge: points nearer than this many sample spacings are one candidate.
-          thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
-          plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
-          friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
-          posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
-          touch_prior: probability of a contact before torques are seen, in (0, 1).
-          freedom: independent numbers by which the noise is known, one or one for each joint (n_a), > 0: Calibration.freedom; None: it is known.
+          friction: friction coefficient of the cone of possible contact forces (4.2).
+          rays: number of rays of this cone, in [3, 64]. 0: the exact cone.
+          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or the covariance (n_a, n_a), as Calibration.noise.
+          rest: measured torques without contact (n_a), or a Calibration. None: 0.
+          sign: -1 if the robot reports the torques that it exerts on its surroundings, as libfranka does; otherwise 1.
+          unmeasured: joints without a torque sensor, by index or name. Their torques count as unknown, not as 0.
+          threshold: the search for contacts begins if max |tau| is at least this [N m], > 0. None: 4 times the noise of the joint, or more if the
+            noise is known from few rows.
+          accept: largest residual l of an accepted sample [(N m)^2]. None: accept_share |tau|^2, or the residual that noise may cause if that is
+            more.
+          tolerance: share of |tau| that a contact may leave unexplained if there is no noise.
+          method: GaussNewton(), SteepestDescent() (algorithm 4) or RejectionSampling().
+          merge: points closer than this many sample spacings form one candidate.
+          thin: Gauss-Newton skips starts within this many sample spacings of an earlier start or result, >= 0.
+          plausible_force: plausible contact force F [N], > 0. Candidates that explain the torques are ordered by l + (noise/F)^2 |f|^2. None: the
+            force that the weakest joint holds at its full reach.
+          friction_error: share by which the true friction may be larger, in [0, 1). It is used if no contact explains the torques.
+          posterior: True: also compute SenseResult.posterior, and order the candidates that explain the torques by probability.
+          touch_prior: prior probability of a contact, in (0, 1).
+          freedom: degrees of freedom of the noise estimate, one number or one for each joint (n_a), > 0, as Calibration.freedom. None: the noise is
+            known exactly.
 
-        Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
+        Raises InvalidInput, which names the argument: wrong sizes, numbers that are not finite, options out of range.
         """
 
     def sense_series(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5, freedom: float | numpy.typing.ArrayLike | None = None) -> list[SenseResult]:
         """
-        The same for a series, each moment from the candidates of the one before.
+        Calls sense() for a series of measurements. Each search also starts from the candidates of the previous measurement.
 
-          q: (time, n_q) or (time, n_a). tau: (time, n_a) [N m; N].
+          q: configurations (time, n_q), or joint positions alone (time, n_a).
+          tau: external torques (time, n_a) [N m; N].
+
+        Returns a list with one SenseResult for each measurement.
 
         Options:
-          friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
-          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or their covariance (n_a, n_a): Calibration.noise.
-          rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
-          sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
-          unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
-          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint, or more where that is known from few rows.
-          accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
-          tolerance: share of |tau| that an explanation may leave where there is no noise.
-          method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
-          merge: points nearer than this many sample spacings are one candidate.
-          thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
-          plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
-          friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
-          posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
-          touch_prior: probability of a contact before torques are seen, in (0, 1).
-          freedom: independent numbers by which the noise is known, one or one for each joint (n_a), > 0: Calibration.freedom; None: it is known.
+          friction: friction coefficient of the cone of possible contact forces (4.2).
+          rays: number of rays of this cone, in [3, 64]. 0: the exact cone.
+          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or the covariance (n_a, n_a), as Calibration.noise.
+          rest: measured torques without contact (n_a), or a Calibration. None: 0.
+          sign: -1 if the robot reports the torques that it exerts on its surroundings, as libfranka does; otherwise 1.
+          unmeasured: joints without a torque sensor, by index or name. Their torques count as unknown, not as 0.
+          threshold: the search for contacts begins if max |tau| is at least this [N m], > 0. None: 4 times the noise of the joint, or more if the
+            noise is known from few rows.
+          accept: largest residual l of an accepted sample [(N m)^2]. None: accept_share |tau|^2, or the residual that noise may cause if that is
+            more.
+          tolerance: share of |tau| that a contact may leave unexplained if there is no noise.
+          method: GaussNewton(), SteepestDescent() (algorithm 4) or RejectionSampling().
+          merge: points closer than this many sample spacings form one candidate.
+          thin: Gauss-Newton skips starts within this many sample spacings of an earlier start or result, >= 0.
+          plausible_force: plausible contact force F [N], > 0. Candidates that explain the torques are ordered by l + (noise/F)^2 |f|^2. None: the
+            force that the weakest joint holds at its full reach.
+          friction_error: share by which the true friction may be larger, in [0, 1). It is used if no contact explains the torques.
+          posterior: True: also compute SenseResult.posterior, and order the candidates that explain the torques by probability.
+          touch_prior: prior probability of a contact, in (0, 1).
+          freedom: degrees of freedom of the noise estimate, one number or one for each joint (n_a), > 0, as Calibration.freedom. None: the noise is
+            known exactly.
 
-        Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
+        Raises InvalidInput, which names the argument: wrong sizes, numbers that are not finite, options out of range.
         """
 
     def sense_touch(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, correlation: float = 0.0, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5, freedom: float | numpy.typing.ArrayLike | None = None) -> SenseResult:
         """
-        Several moments of one touch: the same place on the same link, with another force at each moment.
+        Locates one contact from several measurements: the same point on the same link, with a different force in each measurement.
 
-          q: (moments, n_q) or (moments, n_a). tau: (moments, n_a) [N m; N].
-          correlation: of the errors of the moments, in [0, 1]: m moments count as m/(1 + (m - 1) correlation). One error of the rest is common to all.
+          q: configurations (moments, n_q), or joint positions alone (moments, n_a).
+          tau: external torques (moments, n_a) [N m; N].
+          correlation: correlation of the errors of the measurements, in [0, 1]: m measurements count as m/(1 + (m - 1) correlation). An error of
+            `rest`, for example, is common to all measurements.
 
-        Candidates are those of the moment whose torques are largest against their noise. Probabilities are always given.
+        Returns a SenseResult. Its candidates come from the measurement whose torques are largest relative to their noise. It always has
+        probabilities.
 
         Options:
-          friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
-          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or their covariance (n_a, n_a): Calibration.noise.
-          rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
-          sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
-          unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
-          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint, or more where that is known from few rows.
-          accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
-          tolerance: share of |tau| that an explanation may leave where there is no noise.
-          method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
-          merge: points nearer than this many sample spacings are one candidate.
-          thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
-          plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
-          friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
-          posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
-          touch_prior: probability of a contact before torques are seen, in (0, 1).
-          freedom: independent numbers by which the noise is known, one or one for each joint (n_a), > 0: Calibration.freedom; None: it is known.
+          friction: friction coefficient of the cone of possible contact forces (4.2).
+          rays: number of rays of this cone, in [3, 64]. 0: the exact cone.
+          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or the covariance (n_a, n_a), as Calibration.noise.
+          rest: measured torques without contact (n_a), or a Calibration. None: 0.
+          sign: -1 if the robot reports the torques that it exerts on its surroundings, as libfranka does; otherwise 1.
+          unmeasured: joints without a torque sensor, by index or name. Their torques count as unknown, not as 0.
+          threshold: the search for contacts begins if max |tau| is at least this [N m], > 0. None: 4 times the noise of the joint, or more if the
+            noise is known from few rows.
+          accept: largest residual l of an accepted sample [(N m)^2]. None: accept_share |tau|^2, or the residual that noise may cause if that is
+            more.
+          tolerance: share of |tau| that a contact may leave unexplained if there is no noise.
+          method: GaussNewton(), SteepestDescent() (algorithm 4) or RejectionSampling().
+          merge: points closer than this many sample spacings form one candidate.
+          thin: Gauss-Newton skips starts within this many sample spacings of an earlier start or result, >= 0.
+          plausible_force: plausible contact force F [N], > 0. Candidates that explain the torques are ordered by l + (noise/F)^2 |f|^2. None: the
+            force that the weakest joint holds at its full reach.
+          friction_error: share by which the true friction may be larger, in [0, 1). It is used if no contact explains the torques.
+          posterior: True: also compute SenseResult.posterior, and order the candidates that explain the torques by probability.
+          touch_prior: prior probability of a contact, in (0, 1).
+          freedom: degrees of freedom of the noise estimate, one number or one for each joint (n_a), > 0, as Calibration.freedom. None: the noise is
+            known exactly.
 
-        Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
+        Raises InvalidInput, which names the argument: wrong sizes, numbers that are not finite, options out of range.
         """
 
     def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, last: ContactSets | None = None, *, max_contacts: int = 2, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, tolerance: float = 0.01, starts: int = 24, descents: int = 6, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = []) -> ContactSets:
         """
-        One to three contacts at the same time that make the torques, the fewest that do.
+        Finds one to three simultaneous contacts that explain the torques of one measurement, with as few contacts as possible.
 
-          q: configuration (n_q), or joint positions alone (n_a) [rad or m]. tau: external torques (n_a) [N m; N].
-          base: BaseWrench, or None. n_a torques cannot fix the 5 numbers of each contact if they are fewer: sets say their freedom.
-          last: of the measurement before, or None. Where one of its sets, led down from where it was, explains these torques and fewer contacts do not,
-            no other is looked for.
-          max_contacts: in [1, 3]. starts: first contacts that are tried on each link, >= 1. descents: for each combination of links, >= 1.
-          friction, rays, noise, threshold, tolerance, rest, sign, unmeasured: as of sense(); rays in [3, 64].
+        Each contact has 5 unknown numbers. If there are fewer torques than unknowns, the contacts are not unique: see ContactSet.freedom.
 
-        Raises InvalidInput by the name of the argument.
+          q: configuration (n_q), or joint positions alone (n_a) [rad or m].
+          tau: external torques (n_a) [N m; N].
+          base: BaseWrench of a sensor under the base, or None.
+          last: ContactSets of the previous measurement, or None. If one of its sets, improved by descent, explains these torques, and fewer
+            contacts do not, the search ends there.
+          max_contacts: largest number of contacts, in [1, 3].
+          starts: number of first contacts that are tried on each link, >= 1.
+          descents: number of descents for each combination of links, >= 1.
+          friction, rays, noise, threshold, tolerance, rest, sign, unmeasured: as in sense(); rays in [3, 64].
+
+        Returns ContactSets. Raises InvalidInput, which names the argument.
         """
 
     def __getstate__(self) -> tuple: ...
@@ -5189,9 +5926,10 @@ class Sensor:
 
 class BaseWrench:
     """
-    What a force and moment sensor under the base of a robot measures of contacts.
+    Measurement of a force and moment sensor under the base of a robot.
 
-      force_W: sum of the contact forces [N] (3). moment_W: sum of their moments about the origin of the world [N m] (3).
+      force_W: sum of the contact forces in W [N] (3).
+      moment_W: sum of their moments about the origin of W [N m] (3).
       force_noise, moment_noise: standard deviation of each component [N], [N m], > 0.
     """
 
@@ -5199,56 +5937,58 @@ class BaseWrench:
 
     @property
     def force_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """[N] (3)"""
+        """sum of the contact forces in W [N] (3)"""
 
     @property
     def moment_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """about the origin of the world [N m] (3)"""
+        """sum of the moments about the origin of W [N m] (3)"""
 
     @property
     def force_noise(self) -> float:
-        """[N]"""
+        """standard deviation of each force component [N]"""
 
     @property
     def moment_noise(self) -> float:
-        """[N m]"""
+        """standard deviation of each moment component [N m]"""
 
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
 def calc_base_wrench(p_W: numpy.typing.ArrayLike, f_W: numpy.typing.ArrayLike) -> BaseWrench:
-    """That of a force at a point: f_W [N] (3) at p_W [m] (3)."""
+    """
+    Returns the BaseWrench of a single contact force f_W [N] (3) at the point p_W [m] (3).
+    """
 
 class SetContact:
-    """A contact of a set."""
+    """One contact of a ContactSet."""
 
     @property
     def link(self) -> str:
-        """as robot/link"""
+        """link in contact, as robot/link"""
 
     @property
     def p_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """in the link's frame [m] (3)"""
+        """contact point in the frame of the link [m] (3)"""
 
     @property
     def n_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """outward unit normal (3)"""
+        """outward unit normal in the frame of the link (3)"""
 
     @property
     def f_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """on the robot [N] (3)"""
+        """force on the robot in the frame of the link [N] (3)"""
 
     @property
     def deviation(self) -> float:
         """
-        standard deviation of the point; where torques say nothing of it the size of its link [m]
+        standard deviation of the point [m]; the size of the link if the torques do not determine the point
         """
 
     @property
     def is_unique(self) -> bool:
         """
-        no motion of the points and forces that leaves all torques moves this point
+        True: no change of points and forces that keeps all torques moves this point
         """
 
     def __getstate__(self) -> tuple: ...
@@ -5256,20 +5996,20 @@ class SetContact:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class ContactSet:
-    """Contacts that make the torques together."""
+    """Simultaneous contacts that together explain the torques."""
 
     @property
     def contacts(self) -> list[SetContact]:
-        """by link"""
+        """contacts, ordered by link"""
 
     @property
     def residual(self) -> float:
-        """what they leave of the torques, squared (Y.9) [(N m)^2]"""
+        """squared torques that the contacts leave unexplained (Y.9) [(N m)^2]"""
 
     @property
     def freedom(self) -> int:
         """
-        dimension of the points and forces near these with the same torques; 0: isolated
+        dimension of the nearby points and forces with the same torques; 0: the solution is isolated
         """
 
     def __repr__(self) -> str: ...
@@ -5279,25 +6019,28 @@ class ContactSet:
     def __setstate__(self, state: tuple, /) -> None: ...
 
 class ContactSets:
-    """What one measurement says of contacts at the same time."""
+    """Sets of simultaneous contacts that explain one measurement."""
 
     @property
-    def verdict(self) -> Verdict: ...
+    def verdict(self) -> Verdict:
+        """whether contacts explain the torques"""
 
     @property
     def count(self) -> int:
-        """contacts of each set: the fewest that explain the torques"""
+        """
+        number of contacts in each set: the smallest number that explains the torques
+        """
 
     @property
     def ambiguous(self) -> bool:
         """
-        several combinations of links explain the torques, or points and forces can change together without a trace in them
+        True: several combinations of links explain the torques, or points and forces can change together without a change of the torques
         """
 
     @property
     def sets(self) -> list[ContactSet]:
         """
-        that explain the torques, by combination of links; where none do the best one
+        sets that explain the torques, ordered by combination of links; if no set does, the best one
         """
 
     @property
@@ -5306,7 +6049,7 @@ class ContactSets:
 
     @property
     def explained(self) -> float:
-        """what counts as explained [(N m)^2]"""
+        """largest residual that counts as explained [(N m)^2]"""
 
     def __repr__(self) -> str: ...
 
@@ -5316,25 +6059,31 @@ class ContactSets:
 
 def calc_contact_torque(model: Model, q: numpy.typing.ArrayLike, link: str, p_L: numpy.typing.ArrayLike, f_L: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
     """
-    Torques (n_a) of a force on a link [N m; N] (Y.1).
+    Computes the joint torques that a contact force on a link causes (Y.1).
 
-      q: (n_q), or joint positions (n_a). p_L, f_L: point [m] and force on the robot [N], in the link's frame (3).
+      model: Model with the robot.
+      q: configuration (n_q), or joint positions alone (n_a).
+      link: name of the link, as "robot/link".
+      p_L: contact point in the frame of the link [m] (3).
+      f_L: force on the robot in the frame of the link [N] (3).
+
+    Returns the torques (n_a) [N m; N].
     """
 
 class KnownContact:
-    """A contact from which the torques of a scenario were computed."""
+    """Contact from which the torques of a scenario were computed."""
 
     @property
     def link(self) -> str:
-        """as robot/link"""
+        """link in contact, as robot/link"""
 
     @property
     def p_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """in the link's frame [m] (3)"""
+        """contact point in the frame of the link [m] (3)"""
 
     @property
     def f_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
-        """on the robot [N] (3)"""
+        """force on the robot in the frame of the link [N] (3)"""
 
     def __repr__(self) -> str: ...
 
@@ -5344,24 +6093,28 @@ class KnownContact:
 
 class SensingScenario:
     """
-    A robot and what was measured, as a file says (tasks/schema/sensing.schema.json).
+    Scenario for sense(): a robot and its measured joint torques (tasks/schema/sensing.schema.json).
     """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """name of the scenario"""
 
     @property
-    def description(self) -> str: ...
+    def description(self) -> str:
+        """one line about the scenario"""
 
     @property
-    def file(self) -> pathlib.Path: ...
+    def file(self) -> pathlib.Path:
+        """path of the scenario file"""
 
     @property
-    def sensor(self) -> Sensor: ...
+    def sensor(self) -> Sensor:
+        """sensor of the robot"""
 
     @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """[s] (time)"""
+        """times of the measurements [s] (time)"""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
@@ -5374,22 +6127,24 @@ class SensingScenario:
     @property
     def notes(self) -> list[str]:
         """
-        a sentence each: columns of the file of the series that were not read, or whose meaning needs a word
+        remarks on the data file, one sentence each: columns that were not read, or that need an explanation
         """
 
     @property
     def pushed(self) -> list[list[int]]:
         """
-        of a simulated robot: indices into contacts of the pushes that act (time); of others empty
+        for a simulated robot, the indices into `contacts` of the pushes that act at each time (time); otherwise empty
         """
 
     @property
     def contact(self) -> KnownContact | None:
-        """where the file gives a single one instead of torques, or None"""
+        """
+        contact of the file, if it gives a single contact instead of torques; otherwise None
+        """
 
     @property
     def contacts(self) -> list[KnownContact]:
-        """all that the file gives instead of torques"""
+        """contacts of the file, if it gives contacts instead of torques"""
 
     @property
     def noise(self) -> float:
@@ -5397,34 +6152,39 @@ class SensingScenario:
 
     def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None) -> SenseResult:
         """
-        One measurement with the options of the scenario.
+        Finds the single contacts that explain one measurement, as Sensor.sense() does, with the options of the scenario.
 
-          q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. last: of the measurement before, or None.
+          q: configuration (n_q), or joint positions alone (n_a) [rad or m].
+          tau: external torques (n_a) [N m; N].
+          last: SenseResult of the previous measurement, or None.
 
-        Raises InvalidInput: sizes, numbers that are not finite.
+        Returns a SenseResult. Raises InvalidInput: wrong sizes, numbers that are not finite.
         """
 
     @property
     def max_contacts(self) -> int:
-        """at the same time"""
+        """largest number of simultaneous contacts"""
 
     @property
     def base_wrench(self) -> BaseWrench | None:
         """
-        under the base, or None; of a simulated robot only the noise of the sensor
+        measured force and moment under the base, or None; for a simulated robot only the noise of the sensor
         """
 
     @property
     def base_wrenches(self) -> list[BaseWrench]:
-        """measured under the base (time); empty: none"""
+        """measured forces and moments under the base (time); empty: none"""
 
     def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, last: ContactSets | None = None) -> ContactSets:
         """
-        Contacts at the same time, at most max_contacts, with the options of the scenario: Sensor.sense_contacts().
+        Finds simultaneous contacts that explain one measurement, as Sensor.sense_contacts() does, with the options of the scenario.
 
-          q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. base: BaseWrench, or None. last: of the measurement before, or None.
+          q: configuration (n_q), or joint positions alone (n_a) [rad or m].
+          tau: external torques (n_a) [N m; N].
+          base: BaseWrench, or None.
+          last: ContactSets of the previous measurement, or None.
 
-        Raises InvalidInput: sizes, numbers that are not finite.
+        Returns ContactSets with at most max_contacts contacts. Raises InvalidInput: wrong sizes, numbers that are not finite.
         """
 
     def __repr__(self) -> str: ...
@@ -5436,7 +6196,7 @@ class SensingScenario:
 @overload
 def load_sensing_scenario(scenario: str | str | os.PathLike) -> SensingScenario:
     """
-    A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+    Loads a scenario for sense(): the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
 
         >>> scenario = st.load_sensing_scenario("ur5_forearm")
         >>> scenario.tau.shape, scenario.contact.link
@@ -5446,13 +6206,19 @@ def load_sensing_scenario(scenario: str | str | os.PathLike) -> SensingScenario:
 @overload
 def load_sensing_scenario(scenario: dict, *, base: str | os.PathLike | None = None) -> SensingScenario:
     """
-    The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …".
+    Makes a scenario from a dict with the keys of a file. base: folder to which its paths are relative; None: the working folder. Raises InvalidInput: "field: got …".
     """
 
 @overload
 def sense(scenario: SensingScenario) -> list[SenseResult]:
     """
-    What every moment of a scenario says, with the scenario's options, each from the candidates of the one before.
+    Locates contacts on a robot from its joint torques, for every measurement of a scenario.
+
+    For your own robot, make a Sensor and call its method sense().
+
+      scenario: SensingScenario, or its name or file. Its options are used.
+
+    Returns a list with one SenseResult for each measurement. Each search also starts from the candidates of the previous measurement.
 
         >>> [result.verdict for result in st.sense("ur5_forearm")]
         [Verdict.Explained]
@@ -5460,7 +6226,9 @@ def sense(scenario: SensingScenario) -> list[SenseResult]:
 
 @overload
 def sense(scenario: str | str | os.PathLike) -> list[SenseResult]:
-    """The same of load_sensing_scenario(scenario)."""
+    """
+    The same for load_sensing_scenario(scenario): give the name or file of a scenario.
+    """
 
 class _SharedSensor:
     def __reduce__(self) -> tuple: ...

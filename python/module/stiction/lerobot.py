@@ -72,7 +72,7 @@ def episode_of(item: Plan | Motion | tuple[Task, RunResult], fps: int) -> Episod
     if isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], Task) and isinstance(item[1], RunResult):
         task, run = item
         if len(run.times) == 0:
-            raise InvalidInput("items: got a run without a look, expected one in which something was carried out")
+            raise InvalidInput("items: got a run without samples, expected a run in which something was carried out")
         return _episode(task, np.asarray(run.times), np.asarray(run.q), np.asarray(run.u), fps)
     raise InvalidInput(f"items: got {type(item).__name__}, expected a Plan, a Motion, or (Task, RunResult)")
 
