@@ -27,7 +27,7 @@ DEFAULT = BenchmarkRun("")
 def make_parser() -> argparse.ArgumentParser:
     parser = _command.make_parser(
         "benchmark",
-        f"Plans, checks and carries out {len(ENTRIES)} tasks on scenes of others, with default settings. The same command goes on where it was interrupted.",
+        f"Plans, checks and carries out {len(ENTRIES)} tasks on scenes of other projects, with default settings. The same command continues an interrupted benchmark.",
         f"Sets: {', '.join(SETS)}. Scenes are those of the packages of `pip install 'stiction[benchmark]'`, or of wheels unpacked in one folder.",
     )
     parser.add_argument("words", nargs="*", metavar="SET|TASK", help="sets or names of tasks (default: all)")

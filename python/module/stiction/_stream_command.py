@@ -15,7 +15,7 @@ from .streams import FOXGLOVE_PORT, Stream, stream
 
 
 def make_parser() -> argparse.ArgumentParser:
-    parser = _command.make_parser("stream", "Sends a plan to Foxglove or rerun, again and again until Ctrl-C, or a run in closed loop as it happens.")
+    parser = _command.make_parser("stream", "Shows a plan in Foxglove or rerun, repeated until Ctrl-C, or shows a run in closed loop live.")
     parser.add_argument("target", metavar="PLAN|TASK", help="plan file or its folder; with --run also the name or file of a task")
     parser.add_argument(
         "--foxglove", type=_command.integer(0, 65535), nargs="?", const=FOXGLOVE_PORT, metavar="PORT", help=f"port of the server for Foxglove, 0: any free port (default: {FOXGLOVE_PORT})"

@@ -148,8 +148,8 @@ def describe(line: dict[str, Any]) -> str:
 def make_parser() -> argparse.ArgumentParser:
     parser = _command.make_parser(
         "sweep",
-        "Plans, refines, checks and simulates many times, a row of a table for each run. The same command goes on where it was interrupted.",
-        "A file SPEC.toml holds the same as fields: " + ", ".join(SPEC) + ".",
+        "Plans, refines, checks and simulates many times, and writes one row of a table for each run. The same command continues an interrupted sweep.",
+        "A file SPEC.toml gives the same options as fields: " + ", ".join(SPEC) + ".",
     )
     parser.add_argument("tasks", nargs="+", metavar="TASK|SPEC.toml", help="names or files of tasks, or one file that describes the sweep")
     parser.add_argument("--seeds", metavar="N|A:B|A,B", help="seeds 0 to N - 1, A to B - 1, or the given seeds (default: 1)")

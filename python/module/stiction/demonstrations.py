@@ -328,7 +328,7 @@ def _result(reference: Reference, followed: _Follower, demonstration: Demonstrat
 
 def main(words: Sequence[str]) -> int:
     """`stiction repair`"""
-    parser = _command.make_parser("repair", "Makes a demonstration, which may break the laws of contact, into a plan of the contact model, and says what had to change.")
+    parser = _command.make_parser("repair", "Makes a plan that follows a demonstration as closely as contact physics allows, and reports the differences.")
     parser.add_argument("task", metavar="TASK", help="name or file of a task that gives the scene and the tolerances")
     parser.add_argument("file", type=Path, metavar="FILE", help="joints and objects over time: .csv or .npz, as `stiction export` writes them")
     parser.add_argument("--unit", choices=list(UNITS), default="m", help="unit of lengths in the file (default: %(default)s)")

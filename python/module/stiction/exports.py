@@ -214,7 +214,7 @@ def make_parser() -> _command.Parser:
         "--speed",
         type=_command.positive,
         default=OPEN_LOOP_SPEED,
-        help="speed, times the full timing that follows from object and motors; above 1 only pushes are faster. Without feedback most plans hold at 0.1, and few at 1 "
+        help="factor on the full speed that follows from the object and the motors; above 1 only pushes are faster. Without feedback most plans succeed at 0.1, and few at 1 "
         "(default: %(default)s)",
     )
     parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="time of constant commands between pushes and regrasps [s] (default: %(default)s)")

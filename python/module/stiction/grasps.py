@@ -272,9 +272,9 @@ class _Found:
 
 def main(words: Sequence[str]) -> int:
     """`stiction grasps`"""
-    parser = _command.make_parser("grasps", "Writes states in which the robot holds the object at rest, from search trees of a task, with how much friction each can lose.")
+    parser = _command.make_parser("grasps", "Finds and writes grasps: states in which the robot holds the object at rest, with the share of friction that each can lose.")
     parser.add_argument("task", metavar="TASK", help="name or file of a task")
-    parser.add_argument("-o", "--out", type=Path, default=Path("grasps.npz"), metavar="FILE", help="(default: %(default)s)")
+    parser.add_argument("-o", "--out", type=Path, default=Path("grasps.npz"), metavar="FILE", help="file to write (default: %(default)s)")
     parser.add_argument("--count", type=_command.integer(1, 10**7), default=256, metavar="N", help="number of grasps to find, as far as the time allows (default: %(default)s)")
     parser.add_argument("--seed", type=_command.integer(0, 2**63 - 1), default=0, metavar="N", help="seed of the first search tree (default: %(default)s)")
     parser.add_argument("--timeout", type=_command.positive, default=60.0, metavar="S", help="largest wall time [s] (default: %(default)s)")

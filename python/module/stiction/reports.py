@@ -124,7 +124,7 @@ def write_report(files: dict[str, str], file: Path) -> Path:
 def main(words: Sequence[str]) -> int:
     """`stiction report`"""
     parser = _command.make_parser(
-        "report", "Packs a problem for those who are to look at it: the task, seed, version, what a search says, logs. Paths and names are taken out; look before you send it."
+        "report", "Packs a problem report into a zip file: task, seed, version, result of a search, and logs. Paths and names are removed; look at the file before you send it."
     )
     parser.add_argument("task", metavar="TASK|PLAN", help="name or file of a task, or a plan file or its folder")
     parser.add_argument("--seed", type=_command.integer(0, 2**63 - 1), default=0, metavar="N", help="seed of the search (default: %(default)s)")

@@ -510,9 +510,9 @@ class _Conversion:
 
 def main(words: Sequence[str]) -> int:
     """What `stiction import FILE.sdf -o TASK.yaml` does first."""
-    parser = argparse.ArgumentParser(prog="python -m stiction sdf", description="Writes an SDF as an MJCF.", allow_abbrev=False)
-    parser.add_argument("file", help="the SDF")
-    parser.add_argument("out", help="MJCF to write")
+    parser = argparse.ArgumentParser(prog="python -m stiction sdf", description="Converts an SDF file to MJCF.", allow_abbrev=False)
+    parser.add_argument("file", help="SDF file")
+    parser.add_argument("out", help="MJCF file to write")
     parser.add_argument("--packages", action="append", default=[], metavar="FOLDER", help="folder that contains the packages which model:// and package:// name")
     arguments = parser.parse_args(words)
     for note in convert_sdf(arguments.file, arguments.out, package_dirs=arguments.packages):
