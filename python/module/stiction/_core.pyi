@@ -2390,8 +2390,7 @@ def refine(plan: Plan, *, options: PlannerOptions | dict | None = None, threads:
       timeout_s: largest wall time [s], > 0.
       on_progress: function that is called with Progress. Ctrl-C, an error in the function or the return value False stop the refinement.
 
-    Returns a RefineResult. Its status is Solved; MaxIterations (time used up) or Cancelled: the plan is refined at its own time step, or is
-    the given plan; NumericalFailure: the given plan does not reach its goal. Raises InvalidInput.
+    Returns a RefineResult. Its status is Solved; MaxIterations (time used up) or Cancelled: its plan is the given plan; NumericalFailure: the given plan does not reach its goal. Raises InvalidInput.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> refined = st.refine(plan)
