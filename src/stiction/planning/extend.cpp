@@ -46,7 +46,7 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
 }
 
 bool Extend::push(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const {
-  const bool long_slips = setting_.exact.friction_law == dynamics::FrictionLaw::Coulomb;  // in which contacts of round bodies separate
+  const bool long_slips = setting_.exact.friction_law == dynamics::FrictionLaw::Coulomb;  // on long slips, round surfaces separate
   const Watch watch{.most = {kMostEdgePenetration, long_slips ? kMostForceGap : kUnlimited, kMostPress}, .brace = true};
   Trace trace{.q = from.q, .u = from.u};
   scratch.steps.forget();

@@ -19,7 +19,7 @@ constexpr double kTurn = 2 * std::numbers::pi;
 /// The number in [lower, upper] that is nearest to x; for an angle, modulo 2π.
 double nearest(double x, double lower, double upper, bool angle) {
   if (!angle) return std::clamp(x, lower, upper);
-  if (!std::isfinite(lower) || !std::isfinite(upper)) return x;               // with some turns, x is in any half-line
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return x;               // x plus some turns lies in any half-line
   const double beyond = x - lower - kTurn * std::floor((x - lower) / kTurn);  // how far above the lower end, in [0, 2π)
   const double width = upper - lower;
   if (beyond <= width) return x;
@@ -93,7 +93,7 @@ std::vector<int> goal_objects(const world::Model& model, const Goal& goal) {
     const auto chain = chain_of(model, other);
     return std::find(chain.begin(), chain.end(), o) != chain.end();
   };
-  for (int o = static_cast<int>(model.objects().size()) - 1; o >= 0; --o) {  // from here, objects come before their carriers
+  for (int o = static_cast<int>(model.objects().size()) - 1; o >= 0; --o) {  // backwards: objects before their carriers
     const auto& object = model.objects()[static_cast<std::size_t>(o)];
     const auto lower = goal.region->lower.segment(object.v_begin, object.n_v),
                upper = goal.region->upper.segment(object.v_begin, object.n_v);
@@ -144,7 +144,7 @@ GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goa
 }
 
 PathTolerances path_tolerances(const world::Model& model, const Goal& goal) {
-  constexpr double kMostTurn = 0.3;  // [rad]; an object that turns farther is held otherwise than planned
+  constexpr double kMostTurn = 0.3;  // [rad]; an object that turns farther is grasped differently than planned
   PathTolerances out{goal.tol_position, goal.tol_angle};
   if (!goal.region) return out;
   double turn = std::numeric_limits<double>::infinity();

@@ -16,7 +16,7 @@ Eigen::VectorXd bounded_coordinates(const world::Model& model, const GoalRegion&
   return out;
 }
 
-/// The objects that robots cannot touch, neither themselves nor their carriers.
+/// The objects that robots can touch neither directly nor at their carriers.
 std::vector<int> find_out_of_touch(const world::Model& model, const std::vector<int>& objects) {
   const auto body = [&](int geometry) { return model.geometries()[static_cast<std::size_t>(geometry)].body; };
   std::vector<char> touched(model.bodies().size(), 0);

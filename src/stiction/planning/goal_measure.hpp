@@ -15,7 +15,7 @@ class GoalMeasure {
   const world::ObjectSpace& space() const { return space_; }
   int object() const { return goal_.object; }
   const std::vector<int>& objects() const { return objects_; }  ///< objects of the goal (goal_objects)
-  /// Objects of the goal that robots cannot touch, so that tools must move them. If there are any, all other objects may be anywhere.
+  /// Objects of the goal that robots cannot touch, so that tools must move them. If there are any, objects not of the goal are free.
   const std::vector<int>& out_of_touch() const { return out_of_touch_; }
   const Eigen::VectorXd& q_goal() const { return q_goal_; }  ///< goal configuration of the objects (n_qu)
 
@@ -43,7 +43,7 @@ class GoalMeasure {
   const Eigen::VectorXd& inverse_tolerances() const { return inverse_tolerances_; }
   /// Length that a unit of a coordinate counts for: 1 for positions, [m/rad] for angles (n_vu).
   Eigen::VectorXd lengths() const { return tolerances_.position * inverse_tolerances_; }
-  /// 1 per coordinate that counts for the goal, else 0 (n_vu): the bounded ones of a region, else all, or with tools those of the goal.
+  /// 1 per coordinate that counts, else 0 (n_vu): with a region the bounded ones, else all, or with tools those of the goal's objects.
   const Eigen::VectorXd& bounded() const { return bounded_; }
 
  private:

@@ -7,8 +7,9 @@ namespace stiction::planning {
 
 /// Parts that the planner adds to Algorithm 2, and that an ablation can leave out (bench/search.py --without).
 ///
-/// Five more parts are always used, because their plans would not be accepted otherwise: sub-steps (Simulation), replay at half steps
-/// (EdgeVerifier), simulated regrasps (Regrasp), limits (contact_limits.hpp, press_limits.hpp), and a start at rest (settle_start).
+/// Five more parts are always used, because plans without them are not accepted: sub-steps (Simulation), replay at half steps
+/// (EdgeVerifier), simulated regrasps (Regrasp), limits on penetration, gap and press (contact_limits.hpp, press_limits.hpp), and a start
+/// at rest (settle_start).
 enum class Mechanism : unsigned {
   Frontier,        ///< nodes are extended in the order of (P.12): distance from the goal, visits of the node, visits of its cell
   Chains,          ///< another extension follows one that came nearer to its subgoal

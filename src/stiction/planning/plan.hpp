@@ -38,7 +38,7 @@ struct Goal {
   std::optional<Bystanders> bystanders = std::nullopt;
 };
 
-/// The object and the objects that carry it by joints, from the world outwards.
+/// The object and its carriers, which are the objects that its joints attach it to, from the world outwards.
 std::vector<int> chain_of(const world::Model& model, int object);
 
 /// The object of the goal and every other object that the region bounds, except objects that carry another one of them; ascending.

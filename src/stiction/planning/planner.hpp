@@ -23,7 +23,7 @@ struct PlannerOptions {
   double goal_bias = 0.6;           ///< probability that the subgoal is the goal (Alg. 2)
   double tolerance_fraction = 0.9;  ///< share of the goal's tolerances that a plan must meet, at whole and at half sub-steps, in (0, 1]
   std::vector<world::SampleBox> sample_boxes;         ///< boxes from which subgoals are drawn; empty: default_sample_boxes
-  std::optional<dynamics::FrictionLaw> friction_law;  ///< friction law; nullopt: Coulomb, in a planar scene and with `thesis` Anitescu
+  std::optional<dynamics::FrictionLaw> friction_law;  ///< nullopt: Anitescu's law in a planar scene or with `thesis`, else Coulomb's
   double friction = 1;                                ///< factor on every friction coefficient μ of the scene, in (0, 1]
   bool margins = false;                               ///< pushes must also hold with displaced objects, tilted gravity and less friction
   bool anytime = false;                    ///< after the first plan, search for cheaper ones until the deadline or the end of the budget

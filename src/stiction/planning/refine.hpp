@@ -14,7 +14,7 @@ struct RefineOptions {
   /// Clearances of moving branches, tried in this order [L of the robots], each > 0. Errors of an execution stay below the first one.
   std::vector<double> clearances = {0.2, 0.1, 0.05, 0.02};
   double h = 0.02;        ///< time step of the refined plan [s], > 0; steps of the plan are cut so that none is longer
-  int extensions = 300;   ///< budget of all searches for the remaining way, where small steps leave the plan, ≥ 0; 0: no search
+  int extensions = 300;   ///< budget of extensions to plan the remaining way where small steps leave the plan, ≥ 0; 0: none
   bool reconnect = true;  ///< plan regrasps anew; false: keep them as they are
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
@@ -37,8 +37,7 @@ struct RefineResult {
 
 /// Makes a plan shorter and gives its regrasps more clearance. Cut at its regrasps, a plan is a list of pushes, each from a posture of the
 /// robot. Pushes that move nothing are dropped, and motionless tails are cut. Between two pushes the robot lets go, keeps the largest of
-/// the clearances for which there is a path, and touches nothing before it arrives (find_path). All motions are simulated with the exact
-/// dynamics.
+/// the clearances for which there is a path, and touches nothing before it arrives (find_path). The dynamics are exact throughout.
 ///
 /// Pushes are followed in steps of `h`, until their objects rest. If a push misses its place, the remaining way is planned anew. The
 /// refined plan counts only if it reaches the goal at the sub-step and at half of it; otherwise the given plan is returned.

@@ -162,7 +162,7 @@ struct Candidate {
   Eigen::VectorXd u;  // command with which the posture holds
 };
 
-/// Draws postures and sorts them, best first. The most promising ones are simulated: local models see forces that exact steps do not make.
+/// Draws postures, best first. The most promising ones are simulated: local models see forces across gaps that exact steps do not make.
 std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask draw, Eigen::VectorXd q, const GraspJudge& judge,
                                        core::Random& random, SimulationScratch& scratch) {
   const ProfileClock::Scope scope(scratch.profile, Activity::GraspSamples);

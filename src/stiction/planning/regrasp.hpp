@@ -67,13 +67,13 @@ class RegraspSimulation {
 
 /// Branches that release the objects.
 struct Release {
-  world::ChainMask moved = 0;    ///< these branches; 0: no branch of the robots can touch an object
+  world::ChainMask moved = 0;    ///< branches that let go; 0: no branch of the robots can touch an object
   bool may_be_unstable = false;  ///< last resort: meanwhile the objects need not stay under tilted gravity
 };
 
 /// A simulated regrasp that holds.
 struct Regrasp : Work {
-  std::vector<dynamics::Knot> knots;  ///< sub-steps at full friction
+  std::vector<dynamics::Knot> knots;  ///< sub-steps of the regrasp
   bool unstable = false;              ///< while branches were away, an object would have moved under tilted gravity
 };
 

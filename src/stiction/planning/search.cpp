@@ -232,7 +232,7 @@ class Search {
   const core::RunControl to_the_end_;
   std::deque<ThreadScratch> scratch_;  // one per thread
   ThreadScratch unstopped_;            // for roots and paths, which are made even if the run was stopped
-  const double bound_;                 // largest cost of a path [s]
+  const double bound_;                 // paths must cost less than this [s]
   std::vector<GrowingTree> trees_;
   std::unique_ptr<TreeSearch> stalled_;
   std::vector<Item> round_;
@@ -242,7 +242,7 @@ class Search {
   std::vector<RefusedMoves> refused_;  // counted like totals_
 };
 
-/// Run control of a search within a run: its reports of progress add the extensions that the run had before.
+/// Run control of a search that is part of a run: its reports of progress include the extensions made before.
 core::RunControl part_of_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start,
                              const PlanResult& before, bool solved) {
   core::RunControl out = control;

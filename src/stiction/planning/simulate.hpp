@@ -9,7 +9,7 @@
 
 namespace stiction::planning {
 
-/// Largest penetration, gap under force and press along commands, or limits on them.
+/// Largest penetration, gap under force and press along commands; also used as limits on them.
 struct Worst {
   double penetration = 0, force_gap = 0;  ///< [contact tolerances of their pairs] (contact_limits.hpp)
   double press = 0;                       ///< see PressLimits::share
@@ -49,7 +49,7 @@ struct Place {
 /// Conditions that end a simulation before its last command.
 struct Watch {
   Worst most = kAnything;
-  bool brace = false;             ///< limit the force of the robot on itself and on fixed bodies by SceneThresholds::brace
+  bool brace = false;             ///< end before the robot presses on itself or on fixed bodies harder than SceneThresholds::brace
   std::array<Place, 2> places{};  ///< the objects must be at the first place or at the second one
 };
 
@@ -58,7 +58,7 @@ enum class Ending {
   Reached,     ///< all commands were followed
   Moved,       ///< the objects left the places of Watch, or a bystander moved farther than it may
   OverLimits,  ///< a limit of Watch was exceeded, or something slid or recoiled farther than a sub-step allows
-  Unsolved,    ///< a step was not solved
+  Unsolved,    ///< the solver did not solve a step
   Stopped,     ///< the run was stopped
 };
 
@@ -67,7 +67,7 @@ struct Trace {
   Eigen::VectorXd q{}, u{};             ///< present state and command
   std::vector<dynamics::Knot> knots{};  ///< one per sub-step with SubSteps, else one per command, without contacts
   Worst worst{};
-  bool started = false;  ///< a step was made: penetrations of the given state do not count
+  bool started = false;  ///< true after the first step: penetrations of the given state do not count
 };
 
 /// Follows commands with the exact dynamics. The same class serves tree, regrasps, verification, settling and refinement.
@@ -86,7 +86,7 @@ class Simulation {
   /// Holds the command of `at` for at most `most` steps. `rests` tells whether the objects then move by less than `rest` in one step.
   Ending hold(int most, const Allowance& rest, const Pace& pace, const Disturbance& disturbance, const Watch& watch, Trace& at,
               bool& rests);
-  /// Checks the last state as well, because each step looks at penetration only where it starts.
+  /// True if the last state meets the limits as well. Each step looks at penetration only where it starts.
   bool ends_well(const Watch& watch, Trace& at);
 
  private:

@@ -42,7 +42,7 @@ Tools::Tools(const Setting& setting) : setting_(setting) {
     if (object_of_.back() >= 0)
       radii_[at(object_of_.back())] = std::max(radii_[at(object_of_.back())], geometry.p_BCenter.norm() + geometry.bounding_radius);
   }
-  std::vector<char> held(n, 0), wanted(n, 0);  // robots can touch it; it is or carries an object out of touch
+  std::vector<char> held(n, 0), wanted(n, 0);  // robots can touch it; it is or carries an object that they cannot touch
   for (const int o : setting.goal.out_of_touch()) {
     for (const int carrier : chain_of(model, o)) wanted[at(carrier)] = 1;
   }

@@ -13,7 +13,7 @@ namespace stiction::planning {
 class TreeSearch {
  public:
   /// @param u_start  commands at the start (n_a); empty: the positions of the joints
-  /// @param bound    nodes that are at least as expensive to reach are left out [s]
+  /// @param bound    nodes whose path costs at least this are left out [s]
   TreeSearch(const Setting& setting, const Eigen::VectorXd& u_start, std::uint64_t seed, double bound);
 
   /// Settles the given start and makes it the root. @returns false: it does not come to rest or has no local model; result.reason says why

@@ -121,8 +121,8 @@ bool Builder::push(const Push& push, bool last) {
   return there;
 }
 
-/// Plans the remaining way from the last place where whole and half sub-steps agree and no search has started. If that start does not come
-/// to rest, takes the place before.
+/// Plans the remaining way from the last place where whole and half sub-steps agree and no search has started. If the objects do not come
+/// to rest there, it takes the place before.
 bool Builder::plan_anew(std::vector<Push>& pushes) {
   PlannerOptions options = problem_.options;
   options.friction = problem_.plan.step.friction_scale;
