@@ -37,7 +37,8 @@ struct RefineResult {
 
 /// Makes a plan shorter and gives its regrasps more clearance. Cut at its regrasps, a plan is a list of pushes, each from a posture of the
 /// robot. Pushes that move nothing are dropped, and motionless tails are cut. Between two pushes the robot lets go, keeps the largest of
-/// the clearances for which there is a path, and touches nothing before it arrives (find_path). The dynamics are exact throughout.
+/// the clearances for which there is a path, and touches nothing before it arrives (find_path). Everything is simulated anew with the exact
+/// dynamics.
 ///
 /// Pushes are followed in steps of `h`, until their objects rest. If a push misses its place, the remaining way is planned anew. The
 /// refined plan counts only if it reaches the goal at the sub-step and at half of it; otherwise the given plan is returned.

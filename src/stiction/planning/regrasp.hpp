@@ -13,7 +13,8 @@
 namespace stiction::planning {
 
 /// True if the branches touch nothing on their way, as the checker demands. A branch that moves by 0.1 rad or L must touch nothing between
-/// the first and the last time that it is 0.01 L away from everything. Springs that give way do not follow a path exactly.
+/// the first and the last time that it is 0.01 L away from everything. A planned path keeps its clearance, but springs that give way do not
+/// follow it exactly.
 bool is_free_on_its_way(const world::Model& model, const world::RobotChains& chains, const std::vector<dynamics::Knot>& knots,
                         contact::GeometryWorkspace& work);
 
