@@ -7,13 +7,13 @@ namespace stiction::planning {
 void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random) const {
   if (tree[x.near].edge == SegmentKind::Regrasp) x.near = tree[x.near].parent;
   const Node& near = tree[x.near];
-  // Where some branches leave the object unstable, these and others do.
+  // If the release of some branches leaves the object unstable, so does the release of these and other branches together.
   const auto unstable = [&](world::ChainMask moved) { return (moved & x.release.moved) == moved; };
   for (int k = 0; k < threshold::kBranchDraws; ++k) {
     x.release = {contact::draw_grasp(setting_.chains, contact::GenericSampler{}, random), x.may_be_unstable};
     if (x.may_be_unstable || std::ranges::none_of(near.unstable_releases, unstable)) return;
   }
-  x.release.may_be_unstable = true;  // the last resort
+  x.release.may_be_unstable = true;  // last resort: all draws would be unstable
 }
 
 bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& random, ThreadScratch& scratch, Node& node) const {
@@ -57,7 +57,7 @@ double ContactChange::simulated_distance(const Eigen::VectorXd& q, const Eigen::
   Totals totals;
   const bool moved = extend_.push(from, command, scratch, totals, to);
   scratch.regrasp += totals;
-  scratch.steps.forget();  // the regrasp goes on from elsewhere
+  scratch.steps.forget();  // the regrasp continues from another state
   return x.distance(setting_.goal, moved ? to.q : q);
 }
 

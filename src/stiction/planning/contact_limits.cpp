@@ -10,7 +10,7 @@ namespace stiction::planning {
 double calc_force_gap(const world::Model& model, const Eigen::VectorXd& q_next, std::span<const dynamics::ContactImpulse> contacts,
                       contact::GeometryWorkspace& work) {
   double worst = 0;
-  int pair = -1;  // seen last: the contacts of a pair follow each other
+  int pair = -1;  // pair of the contact before: contacts of a pair follow each other
   for (const auto& c : contacts) {
     if (!c.active || c.contact.pair == pair) continue;
     if (pair < 0) world::calc_kinematics(model, q_next, work.kinematics_work, work.kinematics);

@@ -10,9 +10,9 @@
 namespace stiction::planning {
 namespace {
 
-/// An extension must turn the robot or an object at least this far [rad], or move it by this of L, to be worth a node.
+/// An extension must turn the robot or an object at least this far [rad], or move it by this share of L, to be worth a node.
 constexpr double kLeastTurn = 1e-4, kLeastMove = 1e-3;
-/// A shorter extension is none [joint units].
+/// Shorter extensions count as none [joint units].
 constexpr double kNoMove = 1e-9;
 
 }  // namespace
@@ -28,7 +28,7 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
   const ProfileClock::Scope scope(scratch.profile, Activity::Extensions);
   const Eigen::VectorXd q_a = models_.preloaded_command(near);
   const Eigen::VectorXd e = setting_.goal.difference(near.local.c_u, x.target(setting_.goal, near.local.c_u));
-  if (x.in_cones) {  // the tree keeps no forces
+  if (x.in_cones) {  // the tree stores no forces
     const ProfileClock::Scope again(scratch.profile, Activity::LocalModels);
     scratch.candidate.q = near.q;
     scratch.candidate.u = near.u;
@@ -46,13 +46,13 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
 }
 
 bool Extend::push(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const {
-  const bool long_slips = setting_.exact.friction_law == dynamics::FrictionLaw::Coulomb;  // along which round sides part
+  const bool long_slips = setting_.exact.friction_law == dynamics::FrictionLaw::Coulomb;  // on long slips, round surfaces separate
   const Watch watch{.most = {kMostEdgePenetration, long_slips ? kMostForceGap : kUnlimited, kMostPress}, .brace = true};
   Trace trace{.q = from.q, .u = from.u};
   scratch.steps.forget();
   const Ending ending = Simulation(setting_, scratch, totals).follow(u, substeps(setting_), watch, trace);
   if (ending == Ending::Unsolved || ending == Ending::Stopped || trace.knots.empty()) return false;
-  if (calc_penetration(setting_.model, trace.q, scratch.geometry) > kMostFinePenetration) return false;  // where no step has looked yet
+  if (calc_penetration(setting_.model, trace.q, scratch.geometry) > kMostFinePenetration) return false;  // no step has checked this state
   to.edge = SegmentKind::Contact;
   set_edge(trace.knots, setting_.model, to);
   return true;
@@ -74,7 +74,7 @@ Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd
                                   cone::ConeLeastSquares& least_squares) const {
   const Eigen::VectorXd lower = (setting_.model.lower() - q_a).cwiseMin(0.0).cwiseQuotient(units_),
                         upper = (setting_.model.upper() - q_a).cwiseMax(0.0).cwiseQuotient(units_);
-  Eigen::VectorXd y;  // δu in joint units, with which lengths mean the same to sliders and to hinges
+  Eigen::VectorXd y;  // δu in joint units, in which lengths mean the same for sliders and hinges
   const Eigen::VectorXd w = weights_.cwiseProduct(counted);
   const Eigen::MatrixXd B = w.asDiagonal() * local.B_u * units_.asDiagonal();
   const Eigen::VectorXd we = w.cwiseProduct(e);

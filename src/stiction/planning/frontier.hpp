@@ -9,22 +9,22 @@
 
 namespace stiction::planning {
 
-/// The order in which nodes are extended to the goal (P.12).
+/// The order in which nodes are extended towards the goal (P.12).
 ///
-/// A node costs (1 + d)(1 + kVisit n)(1 + kVisit c/c̄): d is how far it is from the goal by the measure of Tree, n counts its visits, c those of its cell and
-/// c̄ the mean over cells. Nodes whose objects are at one place share a cell: where a search is stuck, new nodes come up beside the old ones as fast as
-/// these are visited.
+/// A node costs (1 + d)(1 + kVisit n)(1 + kVisit c/c̄): d is its distance from the goal by the measure of Tree, n counts its visits, c
+/// counts the visits of its cell, and c̄ is the mean over cells. Nodes whose objects are at one place share a cell. Where a search is
+/// stuck, it makes new nodes beside the old ones as fast as it visits these; the visits of the cell then make all of them expensive.
 /// Tests: tests/planning/frontier_test.cpp
 class Frontier {
  public:
-  /// @param weights  w of the distance Σ wᵢ eᵢ² of objects, in tolerances (n_v)
+  /// @param weights  w of the distance Σ wᵢ eᵢ² between objects, in tolerances (n_v)
   Frontier(const world::ObjectSpace& space, Eigen::VectorXd weights) : cells_(space), weights_(std::move(weights)) {}
 
-  /// The next node. @param q_u  its objects (n_q)  @param distance  d  @param visited  the search extended it already
+  /// Adds the next node. @param q_u  its objects (n_q)  @param distance  d  @param visited  the node was extended already
   void add(const Eigen::VectorXd& q_u, double distance, bool visited);
 
-  /// The cheapest node that is usable, −1 when there is none; one that is not is gone for good. Counts a visit.
-  /// @param distance  of a node from the goal by now
+  /// Takes the cheapest usable node and counts a visit; −1 if there is none. A node that is not usable never comes back.
+  /// @param distance  present distance of a node from the goal
   int take(const std::function<bool(int)>& usable, const std::function<double(int)>& distance);
 
  private:
@@ -38,7 +38,7 @@ class Frontier {
   int cell_of(const Eigen::VectorXd& q_u, double distance);
   void visit(int node);
 
-  std::priority_queue<Choice, std::vector<Choice>, std::greater<>> queue_;  // costs may be those of an earlier time
+  std::priority_queue<Choice, std::vector<Choice>, std::greater<>> queue_;  // costs may be out of date
   std::vector<int> cell_, visits_;                                          // by node
   std::vector<int> cell_visits_;                                            // by cell
   long all_visits_ = 0;

@@ -16,10 +16,10 @@ using world::ObjectJoint;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// The number in [lower, upper] that is nearest to x; for an angle modulo 2π.
+/// The number in [lower, upper] that is nearest to x; for an angle, modulo 2π.
 double nearest(double x, double lower, double upper, bool angle) {
   if (!angle) return std::clamp(x, lower, upper);
-  if (!std::isfinite(lower) || !std::isfinite(upper)) return x;               // one turn more is in any half-line
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return x;               // x plus some turns lies in any half-line
   const double beyond = x - lower - kTurn * std::floor((x - lower) / kTurn);  // how far above the lower end, in [0, 2π)
   const double width = upper - lower;
   if (beyond <= width) return x;
@@ -47,7 +47,7 @@ Eigen::Quaterniond project_rotation(const Eigen::Quaterniond& q, const Eigen::Ve
   return best;
 }
 
-/// It looks the same however it is turned about the centre of its mass.
+/// True if the object looks the same however it is turned about its centre of mass.
 bool is_ball(const world::ObjectSpec& object) {
   return object.joint == ObjectJoint::Free && !object.geometries.empty() &&
          std::ranges::all_of(object.geometries, [&](const auto& geometry) {
@@ -70,7 +70,7 @@ void project(const world::Model& model, const GoalRegion& region, Eigen::Ref<Eig
     const auto lower = region.lower.segment(object.v_begin, object.n_v), upper = region.upper.segment(object.v_begin, object.n_v);
     for (int i = 0; i < (free ? 3 : object.n_v); ++i) {
       const bool revolute = model.dofs()[static_cast<std::size_t>(object.v_begin + i)].kind == world::DofKind::Revolute;
-      const bool wraps = revolute && object.n_v > 1;  // a hinge knows how often it has turned
+      const bool wraps = revolute && object.n_v > 1;  // hinges count their turns
       q_u[object.q_begin + i] = nearest(q_u[object.q_begin + i], lower[i], upper[i], wraps);
     }
     if (!free) continue;
@@ -93,7 +93,7 @@ std::vector<int> goal_objects(const world::Model& model, const Goal& goal) {
     const auto chain = chain_of(model, other);
     return std::find(chain.begin(), chain.end(), o) != chain.end();
   };
-  for (int o = static_cast<int>(model.objects().size()) - 1; o >= 0; --o) {  // what hangs on another comes before it
+  for (int o = static_cast<int>(model.objects().size()) - 1; o >= 0; --o) {  // backwards: objects before their carriers
     const auto& object = model.objects()[static_cast<std::size_t>(o)];
     const auto lower = goal.region->lower.segment(object.v_begin, object.n_v),
                upper = goal.region->upper.segment(object.v_begin, object.n_v);
@@ -134,7 +134,7 @@ GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goa
     double angle = Eigen::Quaterniond(X_WB.R).angularDistance(Eigen::Quaterniond(X_WG.R));
     if (model.scene().objects[static_cast<std::size_t>(o)].joint == ObjectJoint::Hinge) {
       const int at = model.objects()[static_cast<std::size_t>(o)].q_begin;
-      const double turn = std::abs(q[at] - nearest[at]);  // beyond what its pose tells: it knows how often it has turned
+      const double turn = std::abs(q[at] - nearest[at]);  // a pose does not show whole turns
       if (turn > std::numbers::pi) angle = turn;
     }
     error.position = std::max(error.position, (X_WB.p - X_WG.p).norm());
@@ -144,7 +144,7 @@ GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goa
 }
 
 PathTolerances path_tolerances(const world::Model& model, const Goal& goal) {
-  constexpr double kMostTurn = 0.3;  // [rad]: an object that turned farther is held otherwise than planned
+  constexpr double kMostTurn = 0.3;  // [rad]; an object that turns farther is grasped differently than planned
   PathTolerances out{goal.tol_position, goal.tol_angle};
   if (!goal.region) return out;
   double turn = std::numeric_limits<double>::infinity();

@@ -6,7 +6,7 @@
 namespace stiction::planning {
 namespace {
 
-/// 1 per coordinate that a goal region bounds, else 0: all three of a rotation when it bounds one of roll, pitch and yaw.
+/// 1 per coordinate that a goal region bounds, else 0. All three coordinates of a rotation count if one of roll, pitch and yaw is bounded.
 Eigen::VectorXd bounded_coordinates(const world::Model& model, const GoalRegion& region) {
   Eigen::VectorXd out(model.n_vu());
   for (int i = 0; i < model.n_vu(); ++i) out[i] = std::isfinite(region.lower[i]) || std::isfinite(region.upper[i]);
@@ -16,7 +16,7 @@ Eigen::VectorXd bounded_coordinates(const world::Model& model, const GoalRegion&
   return out;
 }
 
-/// Neither they nor what they hang on.
+/// The objects that robots can touch neither directly nor at their carriers.
 std::vector<int> find_out_of_touch(const world::Model& model, const std::vector<int>& objects) {
   const auto body = [&](int geometry) { return model.geometries()[static_cast<std::size_t>(geometry)].body; };
   std::vector<char> touched(model.bodies().size(), 0);

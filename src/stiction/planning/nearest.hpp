@@ -7,31 +7,31 @@
 
 namespace stiction::planning {
 
-/// Points c_i of the object space, each with a metric of its own, and the nearest of them under d_i(q) = eᵀS_i⁻¹e, e = q ⊖ c_i (3.5), (3.8). Every search
-/// looks at all of them: an extension costs more than a thousand of these forms.
+/// Points c_i of the object space, each with its own metric, and the nearest of them under d_i(q) = eᵀS_i⁻¹e, e = q ⊖ c_i (3.5), (3.8).
+/// Every search computes the distance of every point, because an extension costs more than a thousand of them.
 /// Tests: tests/planning/nearest_test.cpp
 class NearestPoints {
  public:
   explicit NearestPoints(const world::ObjectSpace& space);
 
-  /// The next number gets the point c and the metric S = L Lᵀ.
+  /// Adds the point c, with the next number and the metric S = L Lᵀ.
   /// @param c  (n_q)  @param S  (n_v × n_v) positive definite  @param L_inv  inverse of its Cholesky factor, lower triangular
   void add(const Eigen::VectorXd& c, const Eigen::MatrixXd& S, const Eigen::MatrixXd& L_inv);
-  /// The same with d(q) = Σ w_i e_i². @param weights  w > 0 (n_v)
+  /// Adds the point c with d(q) = Σ w_i e_i². @param weights  w > 0 (n_v)
   void add(const Eigen::VectorXd& c, const Eigen::VectorXd& weights) {
     add(c, weights.cwiseInverse().asDiagonal().toDenseMatrix(), weights.cwiseSqrt().asDiagonal().toDenseMatrix());
   }
 
-  /// Takes a point out of every later search.
+  /// Takes a point out of all later searches.
   void remove(int i) { removed_[static_cast<std::size_t>(i)] = 1; }
   bool removed(int i) const { return removed_[static_cast<std::size_t>(i)] != 0; }
 
   int size() const { return static_cast<int>(removed_.size()); }
 
-  /// d_i(q). @param q  at least n_q numbers  @param v  coordinates, ascending, when the others may be anywhere: e_vᵀ(S_vv)⁻¹e_v; empty: all
+  /// d_i(q). @param q  at least n_q numbers  @param v  ascending coordinates that count, by e_vᵀ(S_vv)⁻¹e_v; others are free; empty: all
   double distance(int i, const double* q, const std::vector<int>& v = {}) const;
 
-  /// argmin_i d_i(q), of several the first; −1 when there is none.
+  /// argmin_i d_i(q), the first of several; −1 if there is none.
   int nearest(const double* q, const std::vector<int>& v = {}) const;
 
  private:
@@ -40,7 +40,7 @@ class NearestPoints {
   double form_of_some(int i, const double* e, const std::vector<int>& v) const;
 
   const world::ObjectSpace* space_;
-  int n_form_;                       // numbers of a triangle, n_v (n_v + 1)/2
+  int n_form_;                       // number of entries of a triangle, n_v (n_v + 1)/2
   std::vector<double> centres_;      // n_q per point
   std::vector<double> covariances_;  // S, lower triangle by rows
   std::vector<double> factors_;      // L_inv likewise

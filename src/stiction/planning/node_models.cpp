@@ -11,7 +11,7 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// Diagonal of Γ: γ for what moves, and for what turns that of the way that it makes at its length L.
+/// Diagonal of Γ: γ for coordinates that move, γ/L² for coordinates that turn, with L of their object.
 Eigen::VectorXd calc_gamma(const Model& model, double gamma) {
   Eigen::VectorXd out = Eigen::VectorXd::Constant(model.n_vu(), gamma);
   for (int v = 0; v < model.n_vu(); ++v) {
@@ -26,7 +26,7 @@ Eigen::VectorXd calc_gamma(const Model& model, double gamma) {
 NodeModels::NodeModels(const Setting& setting)
     : setting_(setting), gamma_(calc_gamma(setting.model, setting.thresholds.gamma)), smoothed_(setting.exact) {
   smoothed_.warm_start = false;
-  smoothed_.friction_law = dynamics::FrictionLaw::Anitescu;  // the central path has no shift
+  smoothed_.friction_law = dynamics::FrictionLaw::Anitescu;  // the central path has no shift of Coulomb's law
 }
 
 bool NodeModels::linearise(Node& node, bool with_forces, ThreadScratch& scratch, Totals& totals) const {

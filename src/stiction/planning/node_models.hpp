@@ -4,19 +4,19 @@
 
 namespace stiction::planning {
 
-/// Smoothed local models of nodes (3.3), c_u and B_u around the command that a node's extensions start from.
+/// Computes the smoothed local models of nodes (3.3): c_u and B_u around the command from which a node's extensions start.
 class NodeModels {
  public:
   explicit NodeModels(const Setting& setting);
 
-  /// Local model of a node by analytic smoothing (2.27).
-  /// @param with_forces  leaves the forces and their derivatives in the scratch's step result as well
+  /// Computes the local model of a node by analytic smoothing (2.27).
+  /// @param with_forces  leaves contact forces and their derivatives in the step result of the scratch as well
   bool linearise(Node& node, bool with_forces, ThreadScratch& scratch, Totals& totals) const;
-  /// Where the command of an extension starts from: the joints, and what is left of the grip (P.11).
+  /// Command from which an extension starts: the joint positions, and the preload that is left of the grip (P.11).
   Eigen::VectorXd preloaded_command(const Node& node) const;
 
  private:
-  /// Far from the goal a smooth model sees far; near it the force at a distance would hide the last millimetres.
+  /// κ is small far from the goal, so that the model sees far. κ grows near it: a force at a distance would hide the last millimetres.
   dynamics::Analytic smoothing_at(const Node& node) const;
 
   const Setting& setting_;

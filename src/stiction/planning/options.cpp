@@ -7,7 +7,7 @@
 namespace stiction::planning {
 namespace {
 
-/// Of steps of Coulomb's law [J·s], which also says how far their shifts are followed (docs/theory/cone.md, eq. 18).
+/// Complementarity of steps by Coulomb's law [J·s]. It also limits how far shifts of the law are followed (docs/theory/cone.md, eq. 18).
 constexpr double kCoulombComplementarity = 1e-8;
 
 void require_probability(std::string_view field, double value) {
@@ -32,7 +32,7 @@ void require_box(const world::Model& model, const world::SampleBox& box) {
 
 dynamics::StepOptions PlannerOptions::step_options(const world::Model& model) const {
   using dynamics::FrictionLaw;
-  // By Coulomb's law an object that slides stays in contact, as in the world; two half-lines in a plane have no cone to shift.
+  // By Coulomb's law a sliding object stays in contact, as in the world. In a plane, the cone is two half-lines, which cannot be shifted.
   const FrictionLaw law = friction_law.value_or(model.planar_axis() || thesis ? FrictionLaw::Anitescu : FrictionLaw::Coulomb);
   dynamics::StepOptions step{
       .h = threshold::kStep, .friction_law = law, .friction_scale = friction, .effort_limits = true, .contacts_within_reach = true};

@@ -14,7 +14,7 @@ namespace {
 
 using world::Model;
 
-/// A coordinate of an object that the goal bounds. Nothing to say about those without limits.
+/// Throws if the goal puts a coordinate of an object outside its limits. A coordinate without limits always passes.
 void require_in_range(const Model& model, const Goal& goal, int i, double lower, double upper) {
   const auto& dof = model.dofs()[static_cast<std::size_t>(i)];
   const double tolerance = dof.kind == world::DofKind::Revolute ? goal.tol_angle : goal.tol_position;
@@ -35,7 +35,7 @@ void require_region(const Model& model, const GoalRegion& region) {
   }
 }
 
-/// Inside the range of the object's joint, and, where the goal is one pose, not inside what cannot move by more than its tolerance.
+/// Throws if the goal is outside the range of the object's joint, or is one pose that penetrates fixed bodies by more than its tolerance.
 void require_reachable_goal(const PlanningProblem& problem) {
   const Model& model = *problem.model;
   const Goal& goal = problem.goal;

@@ -7,21 +7,21 @@
 
 namespace stiction::planning {
 
-/// What a search spends processor time on (`stiction plan --profile`).
+/// Activities that take processor time in a search (`stiction plan --profile`).
 enum class Activity : unsigned {
-  Selection,     ///< subgoals, nearest nodes, and new nodes in the tree
+  Selection,     ///< subgoals, nearest nodes, and insertion of new nodes
   Extensions,    ///< least squares (P.2), (P.7)
   Pushes,        ///< sub-steps of extensions
   LocalModels,   ///< smoothed steps with B at new nodes
-  HalfSteps,     ///< edges at half their sub-steps
-  Disturbances,  ///< pushes with objects off, gravity aside and less friction (margins)
+  HalfSteps,     ///< replay of edges at half sub-steps
+  Disturbances,  ///< pushes with displaced objects, tilted gravity and less friction (margins)
   LettingGo,     ///< branches let go and back off
-  Stability,     ///< objects with gravity aside while branches are away
-  GraspSamples,  ///< postures in contact
-  GraspModels,   ///< … their local models
-  GraspTrials,   ///< … and pushes from those that promise most
-  Paths,         ///< of branches to a new posture
-  Grasping,      ///< the motion along them, until objects rest
+  Stability,     ///< objects under tilted gravity while branches are away
+  GraspSamples,  ///< draws of postures in contact
+  GraspModels,   ///< local models of these postures
+  GraspTrials,   ///< pushes from the most promising postures
+  Paths,         ///< paths of branches to a new posture
+  Grasping,      ///< motion along these paths, until objects rest
   Ends,          ///< settling the start, writing the plan
 };
 inline constexpr std::array<std::string_view, 14> kActivityNames = {
@@ -45,12 +45,12 @@ struct Profile {
   }
 };
 
-/// The clock of one thread: time counts for the innermost activity that is under way.
+/// The clock of one thread. Time counts for the innermost activity that is under way.
 class ProfileClock {
  public:
   const Profile& profile() const { return profile_; }
 
-  /// An activity, as long as this object lives. It ends on the thread on which it began.
+  /// Marks an activity as under way while this object lives. It must end on the thread on which it began.
   class Scope {
    public:
     Scope(ProfileClock& clock, Activity activity) : clock_(clock), outer_(clock.current_) {

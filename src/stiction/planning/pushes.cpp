@@ -10,11 +10,11 @@ std::vector<Push> split_at_regrasps(const Plan& plan) {
   Eigen::VectorXd q = plan.q_start, u = plan.u_start;
   Eigen::VectorXd u_regrasp = u;
   std::optional<Segment> regrasp;
-  bool open = false;  // the last push goes on
+  bool open = false;  // the next contact edge belongs to the last push
   for (const Segment& segment : plan.segments) {
     if (segment.knots.empty()) continue;
     if (segment.kind == SegmentKind::Regrasp) {
-      if (regrasp) {  // one after the other
+      if (regrasp) {  // two regrasps in a row
         regrasp->knots.insert(regrasp->knots.end(), segment.knots.begin(), segment.knots.end());
       } else {
         regrasp = segment;

@@ -16,7 +16,7 @@ namespace {
 
 using Posture = Eigen::VectorXd;
 
-/// The command u with the joints of the branches in `moving` at a posture.
+/// The command u, with the joints of the branches in `moving` at a posture.
 Eigen::VectorXd command_of(const world::RobotChains& chains, world::ChainMask moving, const Posture& posture, Eigen::VectorXd u) {
   for (const int j : chains.joints_of(moving)) u[j] = posture[j];
   return u;
@@ -28,7 +28,7 @@ bool is_free_on_its_way(const world::Model& model, const world::RobotChains& cha
                         contact::GeometryWorkspace& work) {
   constexpr double kElsewhere = 0.1;  // [rad, L]
   const double free = world::share::kContact * model.scales().robots().length;
-  const double touching = 0.1 * free;  // what is pushed away keeps a gap of some micrometres
+  const double touching = 0.1 * free;  // an object that is pushed away keeps a gap of some micrometres
   for (int c = 0; c < chains.size(); ++c) {
     double excursion = 0;
     for (const auto& knot : knots) {
@@ -155,14 +155,14 @@ Allowance RegraspSimulation::rest() const {
 
 namespace {
 
-/// A posture to grasp with.
+/// A posture for a new grasp.
 struct Candidate {
   Promise promise;
   Posture q_a;
-  Eigen::VectorXd u;  // with which it holds
+  Eigen::VectorXd u;  // command with which the posture holds
 };
 
-/// Best first. Of those that promise most, some become what the simulation says: a local model sees forces across gaps that the exact dynamics does not make.
+/// Draws postures, best first. The most promising ones are simulated: local models see forces across gaps that exact steps do not make.
 std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask draw, Eigen::VectorXd q, const GraspJudge& judge,
                                        core::Random& random, SimulationScratch& scratch) {
   const ProfileClock::Scope scope(scratch.profile, Activity::GraspSamples);
@@ -183,7 +183,7 @@ std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask 
   sort(out.size());
   if (!judge.simulated || !choose) return out;
   const std::size_t trials = std::min(static_cast<std::size_t>(threshold::kTrials), out.size());
-  // Half of those that are simulated hold the object, where there are such: a local model knows little of what a grip is good for.
+  // Half of the simulated postures are grips, if there are any: a local model says little about the use of a grip.
   std::size_t grips = 0;
   std::stable_partition(out.begin(), out.end(),
                         [&](const Candidate& candidate) { return candidate.u != candidate.q_a && grips < trials / 2 && ++grips > 0; });
@@ -195,14 +195,14 @@ std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask 
   return out;
 }
 
-/// @returns false
+/// Counts a failure by its cause. @returns false
 bool count_failure(Ending ending, RegraspCounts& counts) {
   ++(ending == Ending::Unsolved || ending == Ending::Stopped ? counts.failed_step : counts.object_moved);
   return false;
 }
 
-/// With the grip of the branches that hold, or else with everything let go.
-/// @returns nothing where the branches cannot let go; counted by cause
+/// Releases the branches in `moved` while the others keep their grip, or if that fails with all branches relaxed.
+/// @returns nothing if the branches cannot let go; the cause is counted
 std::optional<RegraspSimulation> let_go(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q,
                                         const Eigen::VectorXd& u, world::ChainMask moved, SimulationScratch& scratch, Work& work,
                                         RegraspCounts& counts) {

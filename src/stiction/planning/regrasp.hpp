@@ -12,24 +12,25 @@
 
 namespace stiction::planning {
 
-/// Every branch that goes elsewhere in a regrasp, 0.1 rad or L, touches nothing from when it first is 0.01 L away from everything to when it last is, as the
-/// checker demands. A path keeps its clearance; springs that give way do not follow it exactly.
+/// True if the branches touch nothing on their way, as the checker demands. A branch that moves by 0.1 rad or L must touch nothing between
+/// the first and the last time that it is 0.01 L away from everything. A planned path keeps its clearance, but springs that give way do not
+/// follow it exactly.
 bool is_free_on_its_way(const world::Model& model, const world::RobotChains& chains, const std::vector<dynamics::Knot>& knots,
                         contact::GeometryWorkspace& work);
 
-/// How a regrasp is simulated: as it differs between the tree and a refinement in smaller steps.
+/// Parameters of a simulated regrasp. They differ between the tree and a refinement in smaller steps.
 struct RegraspSizes {
-  Pace pace;                                             ///< near contacts
-  std::optional<dynamics::SubstepLimits> free_limits{};  ///< where the branches that move are clear of everything
-  int cuts = 1;                                          ///< steps for each of the search's
-  double clearance = 0;                                  ///< that moving branches keep to everything between their contacts [m]
+  Pace pace;                                             ///< pace near contacts
+  std::optional<dynamics::SubstepLimits> free_limits{};  ///< limits of sub-steps while the moving branches are clear of everything
+  int cuts = 1;                                          ///< steps for each step of the search
+  double clearance = 0;                                  ///< distance that moving branches keep from everything between their contacts [m]
   Worst most = kAnything;
-  Place also{};  ///< where the objects may be as well
+  Place also{};  ///< second place where the objects may be
 };
 
-/// One regrasp, simulated from (q, u): branches let go and back off, the objects come to rest, the branches go to another posture and hold until the objects
-/// rest in the new grip. Objects must stay within thresholds.release of the start while branches let go, and within thresholds.regrasp of where they came
-/// to rest from then on.
+/// Simulates one regrasp from (q, u): branches release the objects and back off, the objects come to rest, and the branches go to another
+/// posture and hold until the objects rest again. Objects must stay within thresholds.release of the start during the release, and from
+/// then on within thresholds.regrasp of the place where they came to rest.
 class RegraspSimulation {
  public:
   RegraspSimulation(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
@@ -38,16 +39,16 @@ class RegraspSimulation {
   const Trace& at() const { return at_; }
   std::vector<dynamics::Knot>& knots() { return at_.knots; }
 
-  /// The command goes to u_kept with the springs of the branches in `unloaded` unloaded, those in `moving` back off, and the objects settle.
-  /// @param clear  false: they cannot back off
+  /// Relaxes the springs of the branches in `unloaded`, with u_kept as command of the others, backs off with the branches in `moving`, and
+  /// lets the objects settle. @param clear  false: the branches cannot back off
   Ending let_go(const Eigen::VectorXd& u_kept, world::ChainMask unloaded, world::ChainMask moving, bool& clear);
-  /// The objects come to rest where they are with gravity kReleaseTilt aside, from each of four sides.
+  /// True if the objects come to rest in place when gravity is tilted by kReleaseTilt, to each of four sides.
   bool is_stable();
-  /// A path of the branches in `moving` to a posture, free of contact between its ends. @returns false where there is none
+  /// Plans a path of the branches in `moving` to a posture, free of contact between its ends. @returns false: there is none
   bool find_path(world::ChainMask moving, const Eigen::VectorXd& posture, core::Random& random, std::vector<Eigen::VectorXd>& path);
-  /// Along the path; its last command is u_end for the joints of `moving`. Then the command is held until the objects rest.
+  /// Follows the path; its last command for the joints of `moving` is u_end. Then holds the command until the objects rest.
   Ending go(world::ChainMask moving, const std::vector<Eigen::VectorXd>& path, const Eigen::VectorXd& u_end);
-  /// Held until the objects rest. @returns Moved where they do not come to rest
+  /// Holds the command until the objects rest. @returns Moved if they do not come to rest
   Ending hold();
   bool is_free_on_its_way() { return planning::is_free_on_its_way(setting_.model, setting_.chains, at_.knots, scratch_.geometry); }
 
@@ -61,41 +62,41 @@ class RegraspSimulation {
   const RegraspSizes& sizes_;
   SimulationScratch& scratch_;
   Simulation simulation_;
-  Eigen::VectorXd q_rest_;  // where the objects rest
+  Eigen::VectorXd q_rest_;  // configuration in which the objects came to rest
   Trace at_;
 };
 
-/// Branches that let go of the objects.
+/// Branches that release the objects.
 struct Release {
-  world::ChainMask moved = 0;    ///< 0: no branch of the robots can touch an object
-  bool may_be_unstable = false;  ///< the objects need not stay with gravity aside meanwhile: the last resort
+  world::ChainMask moved = 0;    ///< branches that let go; 0: no branch of the robots can touch an object
+  bool may_be_unstable = false;  ///< last resort: meanwhile the objects need not stay under tilted gravity
 };
 
-/// A regrasp that was simulated and holds.
+/// A simulated regrasp that holds.
 struct Regrasp : Work {
-  std::vector<dynamics::Knot> knots;  ///< at full friction
-  bool unstable = false;              ///< meanwhile an object would not stay with gravity aside
+  std::vector<dynamics::Knot> knots;  ///< sub-steps of the regrasp
+  bool unstable = false;              ///< while branches were away, an object would have moved under tilted gravity
 };
 
-/// What a posture that was drawn is good for.
+/// What a local model predicts for a drawn posture.
 struct Promise {
-  double distance = 0;      ///< of the objects from their subgoal after the extension, lower is better
-  Eigen::VectorXd command;  ///< of that extension (n_a)
+  double distance = 0;      ///< distance of the objects from their subgoal after the extension; lower is better
+  Eigen::VectorXd command;  ///< command of that extension (n_a)
 };
 
-/// How postures are drawn, and told apart. Empty functions: they are taken as they come.
+/// How postures are drawn and compared. If the functions are empty, postures are taken in the order of drawing.
 struct GraspJudge {
-  std::function<Promise(const Eigen::VectorXd& q, const Eigen::VectorXd& u)> promise;  ///< by a local model
-  std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& command)>
-      simulated;  ///< what comes of it
+  std::function<Promise(const Eigen::VectorXd& q, const Eigen::VectorXd& u)> promise;  ///< prediction by a local model
+  /// Distance from the subgoal after the command is simulated.
+  std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& command)> simulated;
   contact::GenericSampler sampler{};
-  bool choose = true;  ///< among kCandidates postures; else the first one is taken
+  bool choose = true;  ///< choose among kCandidates postures, else take the first one
 };
 
-/// Tries one regrasp of the tree at (q, u): a contact sample is drawn where the objects came to rest after the branches of `release` let go. Branches that do
-/// not move keep their grip; where the objects do not stay with that, everything lets go first.
-/// @param judge   of kCandidates postures the best that has a path is taken
-/// @param counts  the outcome is counted by cause
+/// Tries one regrasp of the tree at (q, u). The branches of `release` let go, the objects come to rest, and then a contact sample is drawn.
+/// The other branches keep their grip. If the objects do not stay with that grip, all branches let go first.
+/// @param judge   the best of kCandidates postures to which there is a path is taken
+/// @param counts  counts the outcome by cause
 bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Release& release,
                  const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts);
 

@@ -10,14 +10,14 @@
 namespace stiction::planning {
 namespace {
 
-/// Of the way from start to goal that boxes of subgoals go beyond either …
+/// Share of the way from start to goal by which a box extends beyond both.
 constexpr double kWayBeyond = 0.25;
-/// … and upwards, of its level part, since what stands in the way of a free object is passed above.
+/// Share of the level part of the way by which a box of a free object extends upwards, because objects pass above obstacles.
 constexpr double kAbove = 0.5;
-/// The least angle that they do [rad].
+/// Least angle by which a box extends beyond start and goal [rad].
 constexpr double kBeyond = 0.2;
 
-/// Coordinates in which a box is given: x y z roll pitch yaw of a free object, else those of its joint.
+/// Coordinates in which a box is given: x y z roll pitch yaw of a free object, else the joint coordinates.
 Eigen::VectorXd box_coordinates(const world::ObjectInfo& object, const Eigen::VectorXd& q) {
   if (object.n_v != 6) return q.segment(object.q_begin, object.n_q);
   Eigen::VectorXd out(6);

@@ -17,11 +17,12 @@ namespace {
 
 using core::Status;
 
-/// Keeps the seeds of later trees apart from the draws of the first one.
+/// Keeps the seeds of later trees apart from the random draws of the first one.
 constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
 
-/// Every second tree plans with less friction: what it pushes slips out of its fingers before they hold it aloft, where they could not let go, and does not jam
-/// between them and what it lies on. In a planar scene friction is all that moves things, and margins try every edge with less.
+/// Options of every second tree, with less friction: objects slip out of the fingers before these hold them aloft, where they could not let
+/// go, and jam less between fingers and support. Not in planar scenes, where friction is all that moves things, nor with margins, which try
+/// less friction anyway.
 PlannerOptions slippery(PlannerOptions options, const world::Model& model) {
   const bool coulomb = options.step_options(model).friction_law == dynamics::FrictionLaw::Coulomb;
   if (options.uses(Mechanism::SlipperyTrees) && coulomb && !options.margins)
@@ -29,14 +30,14 @@ PlannerOptions slippery(PlannerOptions options, const world::Model& model) {
   return options;
 }
 
-/// A tree that grows.
+/// A tree that grows in this run.
 struct GrowingTree {
   std::unique_ptr<TreeSearch> search;
-  int number = 0;  ///< in the run
-  int told = 0;    ///< nodes of which GrowthSink was told
+  int number = 0;  ///< number in the run, from 0
+  int told = 0;    ///< number of nodes that were reported to GrowthSink
 };
 
-/// Trees side by side, in rounds, so that the plan depends neither on the number of threads nor on their speed.
+/// Grows trees side by side in rounds, so that the plan depends neither on the number of threads nor on their speed.
 class Search {
  public:
   Search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
@@ -54,14 +55,14 @@ class Search {
     for (int i = 0; i < pool_.size(); ++i) scratch_.emplace_back(problem.model, control);
   }
 
-  /// Algorithm 2 for several trees. @param budget  extensions
+  /// Runs Algorithm 2 for several trees. @param budget  number of extensions
   void run(long budget, PlanResult& out) {
     out.status = grow(budget, out);
     if (out.status != Status::Solved) keep_best(out);
     for (const GrowingTree& tree : trees_) count(tree);
   }
 
-  /// What run() computed, to what is counted already.
+  /// Adds what run() counted to the counts of `out`.
   void add_counts(PlanResult& out) const {
     out.iterations += iterations_;
     out.nodes += nodes_;
@@ -74,7 +75,7 @@ class Search {
     out.profile += unstopped_.profile.profile();
   }
 
-  /// Where moves to new contacts were refused.
+  /// Nodes at which regrasps were rejected.
   std::vector<RefusedMoves> take_refused() { return std::move(refused_); }
 
  private:
@@ -104,7 +105,7 @@ class Search {
     return control_.cancelled() ? Status::Cancelled : Status::MaxIterations;
   }
 
-  /// A new tree in the place of one. Where the start does not rest with less friction, it has that of the scene.
+  /// Plants a new tree. If the start does not rest with less friction, the tree has the friction of the scene.
   bool plant(GrowingTree& tree, PlanResult& out) {
     const ProfileClock::Scope scope(unstopped_.profile, Activity::Ends);
     const bool slips = planted_ % 2 == 1 && plant(slippery_, tree, out);
@@ -123,7 +124,7 @@ class Search {
     return tree.search->plant_root(unstopped_, out);
   }
 
-  /// The better one of the trees that stalled is kept for its best path.
+  /// Replaces a tree that stalled. The best stalled tree is kept for its best path.
   bool replace(GrowingTree& tree, PlanResult& out) {
     count(tree);
     if (!stalled_ || tree.search->goal_ratio() < stalled_->goal_ratio()) stalled_ = std::move(tree.search);
@@ -137,7 +138,7 @@ class Search {
       GrowingTree& tree = trees_[static_cast<std::size_t>(i) % trees_.size()];
       round_.push_back({&tree, tree.search->draw()});
     }
-    // Regrasps take longest, and a round as long as its last one.
+    // Regrasps take longest. They start first, because a round ends with its last item.
     std::ranges::stable_partition(round_, [](const Item& item) { return item.expansion.grasp; });
   }
 
@@ -230,18 +231,18 @@ class Search {
   core::ThreadPool pool_;
   const core::RunControl to_the_end_;
   std::deque<ThreadScratch> scratch_;  // one per thread
-  ThreadScratch unstopped_;            // roots and paths are made also in a run that was stopped
-  const double bound_;                 // [s]
+  ThreadScratch unstopped_;            // for roots and paths, which are made even if the run was stopped
+  const double bound_;                 // paths must cost less than this [s]
   std::vector<GrowingTree> trees_;
   std::unique_ptr<TreeSearch> stalled_;
   std::vector<Item> round_;
   int planted_ = 0;
-  long iterations_ = 0, nodes_ = 0;  // nodes_ and totals_ are of the trees that stalled, until run() ends
+  long iterations_ = 0, nodes_ = 0;  // nodes_ and totals_ count the trees that stalled, and after run() all trees
   Totals totals_;
-  std::vector<RefusedMoves> refused_;  // as totals_
+  std::vector<RefusedMoves> refused_;  // counted like totals_
 };
 
-/// What a search reports, as part of a run that had so many extensions before it.
+/// Run control of a search that is part of a run: its reports of progress include the extensions made before.
 core::RunControl part_of_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start,
                              const PlanResult& before, bool solved) {
   core::RunControl out = control;

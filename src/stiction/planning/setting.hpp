@@ -11,7 +11,7 @@
 
 namespace stiction::planning {
 
-/// A problem, options and what follows from them once: the same for every part of a search, and of a refinement.
+/// A problem, its options and the quantities that follow from them, computed once for all parts of a search or of a refinement.
 struct Setting {
   Setting(PlanningProblem given, const PlannerOptions& planner_options)
       : problem(std::move(given)),
@@ -29,13 +29,13 @@ struct Setting {
   const world::Model& model;
   const PlannerOptions& options;
   const SceneThresholds thresholds;
-  const dynamics::StepOptions exact;  ///< of every exact step
+  const dynamics::StepOptions exact;  ///< options of every exact step
   const world::RobotChains chains;
   const GoalMeasure goal;
   const PressLimits press;
 };
 
-/// What one thread needs to simulate commands.
+/// Memory that one thread needs to simulate commands.
 struct SimulationScratch {
   SimulationScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control) : steps(model), geometry(*model) {
     geometry.control = &control;

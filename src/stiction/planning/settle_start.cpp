@@ -12,10 +12,10 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// An object that is still moving after kMostSettling steps and has gone this far is not supported [L of the robots], [rad].
+/// An object that still moves after kMostSettling steps, and has moved this far, is not supported [L of the robots], [rad].
 constexpr double kFallenMove = 0.5, kFallenTurn = 0.05;
 
-/// The pair that overlaps most at the start of a step, in words; empty where none does.
+/// Names the pair that overlaps most at the start of a step; empty if none overlaps.
 std::string deepest_pair(const Model& model, const dynamics::StepResult& step) {
   const auto deepest = std::min_element(step.contacts.begin(), step.contacts.end(),
                                         [](const auto& a, const auto& b) { return a.contact.phi < b.contact.phi; });

@@ -124,7 +124,7 @@ Pace substeps(const Setting& setting) { return {Pace::Kind::SubSteps, setting.ex
 
 Pace half_steps(const Setting& setting) {
   Pace pace{Pace::Kind::HalfSteps, setting.exact, {}, {}};
-  pace.step.warm_start = false;  // as in the checker, every step follows from its state alone
+  pace.step.warm_start = false;  // as in the checker, every step depends on its state alone
   return pace;
 }
 

@@ -9,84 +9,84 @@
 
 namespace stiction::planning {
 
-/// The worst that was met along commands, or how much of it is allowed.
+/// Largest penetration, gap under force and press along commands; also used as limits on them.
 struct Worst {
-  double penetration = 0, force_gap = 0;  ///< in contact tolerances of their pairs (contact_limits.hpp)
-  double press = 0;                       ///< PressLimits::share
+  double penetration = 0, force_gap = 0;  ///< [contact tolerances of their pairs] (contact_limits.hpp)
+  double press = 0;                       ///< see PressLimits::share
 
   bool within(const Worst& most) const { return penetration <= most.penetration && force_gap <= most.force_gap && press <= most.press; }
 };
 inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 inline constexpr Worst kAnything{kUnlimited, kUnlimited, kUnlimited};
 
-/// How commands become steps.
+/// How commands are divided into simulation steps.
 struct Pace {
   enum class Kind {
-    SubSteps,       ///< the command moves in parts within `limits` and motors (dynamics::rollout); knots have contacts
-    WithinEfforts,  ///< each command is one step; a command that a motor cannot follow is drawn back
+    SubSteps,       ///< each command moves in parts within `limits` and motor efforts (dynamics::rollout); knots have contacts
+    WithinEfforts,  ///< each command is one step; a command that a motor cannot follow is reduced
     Steps,          ///< each command is one step
-    HalfSteps,      ///< each command is reached in two equal parts, a step each: how the checker replays a plan
+    HalfSteps,      ///< each command is reached in two equal parts, one step each, as in the checker's replay
   };
   Kind kind = Kind::SubSteps;
   dynamics::StepOptions step{};
-  dynamics::SubstepLimits limits{};                     ///< of SubSteps
-  dynamics::Overrun overrun = dynamics::Overrun::Stop;  ///< of SubSteps
+  dynamics::SubstepLimits limits{};                     ///< used with SubSteps
+  dynamics::Overrun overrun = dynamics::Overrun::Stop;  ///< used with SubSteps
 };
 
-/// What differs from the scene in a simulation (Kind::Steps alone).
+/// Differences between a simulation and the scene (Kind::Steps only).
 struct Disturbance {
-  const Eigen::VectorXd* friction_factors = nullptr;  ///< every μ times this (pairs of the model); null: 1
-  double tilt = 0;                                    ///< gravity comes from this far aside [rad] …
-  int side = 0;                                       ///< … from one of dynamics::kDisturbances sides
+  const Eigen::VectorXd* friction_factors = nullptr;  ///< factors on the μ of each pair of the model; null: 1
+  double tilt = 0;                                    ///< angle by which gravity is tilted [rad]
+  int side = 0;                                       ///< direction of the tilt, one of dynamics::kDisturbances
 };
 
 /// A place where objects may be.
 struct Place {
-  const Eigen::VectorXd* q = nullptr;  ///< (n_q); null: anywhere
+  const Eigen::VectorXd* q = nullptr;  ///< configuration (n_q); null: anywhere
   Allowance within{};
 };
 
-/// What ends a simulation before its commands do.
+/// Conditions that end a simulation before its last command.
 struct Watch {
   Worst most = kAnything;
-  bool brace = false;             ///< the robot may not press harder than `brace` on itself or on what does not move
-  std::array<Place, 2> places{};  ///< the objects are at the first one, or at the second one
+  bool brace = false;             ///< end before the robot presses on itself or on fixed bodies harder than SceneThresholds::brace
+  std::array<Place, 2> places{};  ///< the objects must be at the first place or at the second one
 };
 
 /// How a simulation ended.
 enum class Ending {
   Reached,     ///< all commands were followed
-  Moved,       ///< the objects left the places that Watch names, or a bystander went farther than it may
-  OverLimits,  ///< something was worse than Watch::most, or slid or recoiled farther than a sub-step may
-  Unsolved,    ///< a step was not solved
-  Stopped,     ///< the run is to end
+  Moved,       ///< the objects left the places of Watch, or a bystander moved farther than it may
+  OverLimits,  ///< a limit of Watch was exceeded, or something slid or recoiled farther than a sub-step allows
+  Unsolved,    ///< the solver did not solve a step
+  Stopped,     ///< the run was stopped
 };
 
-/// Where a simulation is, and how it came there.
+/// The present state of a simulation, and how it got there.
 struct Trace {
-  Eigen::VectorXd q{}, u{};             ///< state and command reached
-  std::vector<dynamics::Knot> knots{};  ///< of every sub-step; one for each command with the other kinds of Pace, without contacts
+  Eigen::VectorXd q{}, u{};             ///< present state and command
+  std::vector<dynamics::Knot> knots{};  ///< one per sub-step with SubSteps, else one per command, without contacts
   Worst worst{};
-  bool started = false;  ///< the first state may penetrate what it was given in
+  bool started = false;  ///< true after the first step: penetrations of the given state do not count
 };
 
-/// Follows commands with the exact dynamics. One of these is used by tree, regrasps, verification, settling and refinement alike.
+/// Follows commands with the exact dynamics. The same class serves tree, regrasps, verification, settling and refinement.
 /// Tests: tests/planning/simulate_test.cpp
 class Simulation {
  public:
-  /// @param work  counts up
+  /// @param work  counts the steps
   Simulation(const Setting& setting, SimulationScratch& scratch, Work& work) : setting_(setting), scratch_(scratch), work_(work) {}
 
-  /// From `at` along the commands, one after the other. `at` is left where the simulation ended: at the last state that Watch allows with
-  /// Kind::SubSteps, at the first one that it does not allow with the others.
+  /// Follows the commands one after the other from `at`, and leaves `at` where the simulation ended: with Kind::SubSteps at the last state
+  /// that Watch allows, with the other kinds at the first state that it does not allow.
   Ending follow(std::span<const Eigen::VectorXd> commands, const Pace& pace, const Disturbance& disturbance, const Watch& watch, Trace& at);
   Ending follow(const Eigen::VectorXd& command, const Pace& pace, const Watch& watch, Trace& at) {
     return follow(std::span(&command, 1), pace, {}, watch, at);
   }
-  /// Holds the command of `at` for up to so many steps, until the objects move by less than `rest` in one.
+  /// Holds the command of `at` for at most `most` steps. `rests` tells whether the objects then move by less than `rest` in one step.
   Ending hold(int most, const Allowance& rest, const Pace& pace, const Disturbance& disturbance, const Watch& watch, Trace& at,
               bool& rests);
-  /// Looks at the end of the commands, where no step has looked yet.
+  /// True if the last state meets the limits as well. Each step looks at penetration only where it starts.
   bool ends_well(const Watch& watch, Trace& at);
 
  private:
@@ -100,15 +100,15 @@ class Simulation {
   Work& work_;
 };
 
-/// Commands of knots, and of the columns of a matrix.
+/// Commands of knots, and columns of a matrix, as a list.
 std::vector<Eigen::VectorXd> commands_of(std::span<const dynamics::Knot> knots);
 std::vector<Eigen::VectorXd> commands_of(const Eigen::MatrixXd& columns);
 
-/// Paces of the search: sub-steps; half of them from each state alone.
+/// Paces of the search: sub-steps, and half sub-steps that depend on their state alone.
 Pace substeps(const Setting& setting);
 Pace half_steps(const Setting& setting);
 
-/// The contact forces of every sub-step of a segment that starts at q; the tree keeps none.
+/// Computes the contact forces of every sub-step of a segment that starts at q, because the tree stores none.
 void add_forces(const world::Model& model, const dynamics::StepOptions& options, Eigen::VectorXd q, Segment& segment,
                 SimulationScratch& scratch, Work& work);
 

@@ -10,16 +10,16 @@
 namespace stiction::planning {
 namespace {
 
-constexpr double kTool = 0.5;        ///< share of the drawn subgoals that are for tools
-constexpr double kBehindDraw = 0.8;  ///< … of which these are places from which one can push
-constexpr int kDraws = 20;           ///< draws of such a place
-constexpr int kAdvances = 30;        ///< steps in which an object comes up to another one
-constexpr double kAway = 0.3;        ///< cosine between the way of what is pushed and the normal, at least
-constexpr double kStanding = 0.5;    ///< share of the places at the height at which the object is
+constexpr double kTool = 0.5;        ///< share of the drawn subgoals that are about tools
+constexpr double kBehindDraw = 0.8;  ///< share of these subgoals that are places from which the tool can push
+constexpr int kDraws = 20;           ///< most draws of such a place
+constexpr int kAdvances = 30;        ///< most steps in which a tool approaches an object
+constexpr double kAway = 0.3;        ///< least cosine between the way of the pushed object and the contact normal
+constexpr double kStanding = 0.5;    ///< share of the places at the present height of the tool
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Between the bounding spheres of a pair: its distance from below.
+/// Lower bound on the distance of a pair, from its bounding spheres.
 double gap_of_spheres(const world::Model& model, const world::Kinematics& kinematics, int pair) {
   const auto& a = model.geometries()[at(model.pairs()[at(pair)].geometry_a)];
   const auto& b = model.geometries()[at(model.pairs()[at(pair)].geometry_b)];
@@ -42,13 +42,13 @@ Tools::Tools(const Setting& setting) : setting_(setting) {
     if (object_of_.back() >= 0)
       radii_[at(object_of_.back())] = std::max(radii_[at(object_of_.back())], geometry.p_BCenter.norm() + geometry.bounding_radius);
   }
-  std::vector<char> held(n, 0), wanted(n, 0);  // robots can touch it; it is of the goal, or carries what is, and they cannot
+  std::vector<char> held(n, 0), wanted(n, 0);  // robots can touch it; it is or carries an object that they cannot touch
   for (const int o : setting.goal.out_of_touch()) {
     for (const int carrier : chain_of(model, o)) wanted[at(carrier)] = 1;
   }
   for (std::size_t i = 0; i < model.pairs().size(); ++i) {
     const auto& pair = model.pairs()[i];
-    const int a = object_of_[at(pair.geometry_a)], b = object_of_[at(pair.geometry_b)];  // objects come first
+    const int a = object_of_[at(pair.geometry_a)], b = object_of_[at(pair.geometry_b)];  // in a pair, objects come first
     if (a >= 0 && setting.chains.mask_of_pair(static_cast<int>(i)) != 0) held[at(a)] = 1;
     if (b >= 0 && wanted[at(a)] != wanted[at(b)])
       meetings_[at(wanted[at(a)] ? b : a)].push_back({static_cast<int>(i), wanted[at(a)] ? a : b});
@@ -75,7 +75,7 @@ Eigen::Vector3d Tools::draw_level(core::Random& random) const {
   return direction.normalized();
 }
 
-/// The object as it is, turned about the vertical, or without gravity anyhow.
+/// Pose of the object, turned by a random angle about the vertical, or about a random axis without gravity.
 world::Pose Tools::turned(int object, const Eigen::VectorXd& q, core::Random& random) const {
   world::Pose X_WB = world::object_pose(setting_.model, q, object);
   const double angle = random.uniform(-std::numbers::pi, std::numbers::pi);
@@ -90,7 +90,7 @@ void Tools::put(int object, const world::Pose& X_WB, Eigen::VectorXd& q) const {
   q.segment(info.q_begin, info.n_q) = setting_.goal.space().coordinates(object, X_WB);
 }
 
-/// As far away as the goal's objects have to go, or as it is large.
+/// Draws a place within the longest way of the goal's objects to the goal, and at least within twice the size of the tool.
 void Tools::draw_anywhere(int object, const Eigen::VectorXd& q, core::Random& random, Eigen::VectorXd& q_u) const {
   const world::Model& model = setting_.model;
   const auto& info = model.objects()[at(object)];
@@ -112,7 +112,7 @@ void Tools::draw_anywhere(int object, const Eigen::VectorXd& q, core::Random& ra
   put(object, X_WB, q_u);
 }
 
-/// The object comes along a direction, by no more than what is free, until it touches one of the goal.
+/// Moves the object along a direction until it touches an object of the goal. Each step is as long as the free distance.
 bool Tools::slide_to(int object, const Eigen::Vector3d& direction, Eigen::VectorXd& q, contact::GeometryWorkspace& work, Meeting& met,
                      contact::Distance& distance) const {
   const world::Model& model = setting_.model;
@@ -130,13 +130,13 @@ bool Tools::slide_to(int object, const Eigen::Vector3d& direction, Eigen::Vector
     if (least < 0) return false;
     if (least < 0.5 * model.scales().contact_tolerance(met.pair)) return true;
     travelled += least;
-    if (travelled > 2 * (radii_[at(object)] + radii_[at(met.of_goal)])) return false;  // past it
+    if (travelled > 2 * (radii_[at(object)] + radii_[at(met.of_goal)])) return false;  // the object has passed the other one
     X_WB.p += least * direction;
   }
   return false;
 }
 
-/// Nothing but robots, which are elsewhere then, is in it.
+/// True if nothing overlaps the object. Robots do not count, because they will be elsewhere.
 bool Tools::is_free_there(int object, contact::GeometryWorkspace& work) const {
   const world::Model& model = setting_.model;
   contact::Gaps gaps(model, work.kinematics, work.contact_work);
@@ -150,7 +150,7 @@ bool Tools::is_free_there(int object, contact::GeometryWorkspace& work) const {
   return true;
 }
 
-/// Cosine between the way of the touched point of the goal's object to its goal and the normal towards it.
+/// Cosine between the contact normal towards the goal's object and the way of the touched point to the goal.
 double Tools::goes_away(const Meeting& met, const contact::Distance& distance, const Eigen::VectorXd& q,
                         contact::GeometryWorkspace& work) const {
   const world::Model& model = setting_.model;
@@ -174,7 +174,7 @@ bool Tools::draw_behind(int object, const Eigen::VectorXd& q, core::Random& rand
                         Eigen::VectorXd& q_u) const {
   const auto& meetings = meetings_[at(object)];
   const auto& info = setting_.model.objects()[at(object)];
-  if (info.n_v == 1 || info.parent >= 0) return false;  // it does not get there by itself
+  if (info.n_v == 1 || info.parent >= 0) return false;  // an object on a joint cannot be put there
   Eigen::VectorXd placed = q;
   for (int k = 0; k < kDraws && !work.stop(); ++k) {
     const int target = meetings[at(random.index(static_cast<int>(meetings.size())))].of_goal;

@@ -6,25 +6,25 @@
 
 namespace stiction::planning {
 
-/// Objects with which robots move those of the goal that they cannot touch themselves.
+/// Tools are objects with which robots move those objects of the goal that they cannot touch themselves.
 /// Tests: tests/planning/tools_test.cpp
 class Tools {
  public:
   explicit Tools(const Setting& setting);
 
   bool any() const { return !objects_.empty(); }
-  /// One of them, or −1: the draw is for the goal's own objects. Draws no number where there are none.
+  /// A random tool, or −1: the subgoal is about the goal's own objects. Draws no random number if there are no tools.
   int draw(core::Random& random) const;
-  /// A subgoal for a tool, from where everything is at q (n_q). Most are places from which it can push an object of the goal nearer to its goal; the
-  /// others are anywhere around.
+  /// Draws a subgoal for a tool when everything is at q (n_q). Most subgoals are places from which the tool can push an object of the goal
+  /// nearer to its goal; the others are anywhere around.
   /// @param q_u  gets the tool's coordinates (n_qu)
   void draw_place(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work, Eigen::VectorXd& q_u) const;
-  /// In contact with an object of the goal, and with nothing in it; the way of that object to its goal leads away from it.
-  /// @returns false: draws were used up
+  /// Draws a free place in contact with an object of the goal, such that the way of that object to its goal leads away from the tool.
+  /// @returns false: all draws failed
   bool draw_behind(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work,
                    Eigen::VectorXd& q_u) const;
-  /// Per pair, whether robots may take hold there to move the given objects: of these, and of what is near enough to one of them at q to push it.
-  /// Empty: there is none.
+  /// Tells for each pair whether robots may take hold there to move the given objects: by these objects themselves, or by objects that at q
+  /// are near enough to push one of them. Empty: there is no such pair.
   std::vector<char> touchable(const std::vector<int>& objects, const Eigen::VectorXd& q, contact::GeometryWorkspace& work) const;
 
  private:
@@ -44,9 +44,9 @@ class Tools {
 
   const Setting& setting_;
   std::vector<int> objects_;
-  std::vector<int> object_of_;                  // geometry: the object that it belongs to, −1: none
+  std::vector<int> object_of_;                  // by geometry: the object that it belongs to, or −1
   std::vector<std::vector<Meeting>> meetings_;  // by object
-  std::vector<double> radii_;                   // by object, around the origin of its frame [m]
+  std::vector<double> radii_;                   // by object: bounding radius around the origin of its frame [m]
   Eigen::Vector3d up_;                          // 0 without gravity
 };
 

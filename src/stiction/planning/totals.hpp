@@ -4,12 +4,12 @@
 
 namespace stiction::planning {
 
-/// Dynamics steps that were computed.
+/// Number of dynamics steps that were computed.
 struct Work {
-  long steps = 0;         ///< exact ones
+  long steps = 0;         ///< exact steps
   long failed_steps = 0;  ///< steps whose solve did not end in Solved
 
-  /// So many steps, the last of which ended like this. @returns it was solved
+  /// Counts n steps, the last of which ended with this status. @returns it was solved
   bool add(long n, core::Status last) {
     steps += n;
     failed_steps += last != core::Status::Solved;
@@ -22,13 +22,13 @@ struct Work {
   }
 };
 
-/// Contact samples that were tried, by what became of them.
+/// Number of regrasps that were tried, by outcome.
 struct RegraspCounts {
   long tried = 0, accepted = 0;
   long no_sample = 0;     ///< no posture in contact was found
   long no_path = 0;       ///< no collision-free path
   long object_moved = 0;  ///< the object did not stay where it was
-  long unstable = 0;      ///< … of these: with gravity aside, when branches had let go
+  long unstable = 0;      ///< of these: under tilted gravity, after branches had let go
   long failed_step = 0;   ///< a step was not solved
 
   RegraspCounts& operator+=(const RegraspCounts& o) {
@@ -43,10 +43,10 @@ struct RegraspCounts {
   }
 };
 
-/// What a search computed.
+/// Amount of work and outcomes of a search.
 struct Totals : Work {
   long linearisations = 0;  ///< smoothed steps with B
-  long distrusted = 0;      ///< edges given up because half the sub-step gave something else
+  long distrusted = 0;      ///< edges rejected because half the sub-step gave another result
   RegraspCounts regrasps;
 
   Totals& operator+=(const Totals& o) {

@@ -46,7 +46,7 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   if (node.edge == SegmentKind::Regrasp) places_.remove(i);
   nodes_.push_back(std::move(node));
   Node& added = nodes_.back();
-  added.local.S.resize(0, 0);  // nearest_ has them
+  added.local.S.resize(0, 0);  // nearest_ stores them
   added.local.L_inv.resize(0, 0);
   if (best_ < 0 || added.goal_ratio < (*this)[best_].goal_ratio) best_ = i;
   return i;

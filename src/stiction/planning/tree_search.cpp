@@ -11,7 +11,7 @@ namespace stiction::planning {
 
 namespace {
 
-/// Numbers of the coordinates with a flag.
+/// Indices of the coordinates whose flag is not 0.
 std::vector<int> flagged(const Eigen::VectorXd& flags) {
   std::vector<int> out;
   for (Eigen::Index v = 0; v < flags.size(); ++v) {
@@ -65,7 +65,7 @@ Expansion TreeSearch::draw() {
   x.in_cones = setting_.options.uses(Mechanism::ForceCones) && random.chance(threshold::kInCones);
   x.may_be_unstable = totals_.regrasps.unstable > threshold::kStableReleases * std::max(1L, totals_.regrasps.accepted);
   x.subgoal = setting_.goal.q_goal();
-  x.choose = !random.chance(waiting() * waiting());  // where the most promising grasps lead nowhere, others must be tried
+  x.choose = !random.chance(waiting() * waiting());  // if the most promising grasps lead nowhere, others must be tried
   x.to_goal = random.chance(setting_.options.goal_bias);
   if (!x.to_goal) {
     setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
@@ -130,7 +130,7 @@ void TreeSearch::aim(Expansion& x, core::Random& random, ThreadScratch& scratch)
   if (x.tool < 0) {
     x.touch = tools_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
     if (!x.touch.empty()) return;
-    x.to_goal = false;  // there is nothing yet with which the robots could move them
+    x.to_goal = false;  // no object is near enough to move them: a tool must come first
     while (x.tool < 0) x.tool = tools_.draw(random);
   }
   const Eigen::VectorXd& q = tree_[x.near >= 0 ? x.near : tree_.best()].q;
@@ -147,7 +147,7 @@ int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
   ++iterations_;
   totals_ += x.totals;
   if (x.totals.regrasps.tried > x.totals.regrasps.accepted) refused_[x.near] += x.totals.regrasps;
-  if (x.refined >= 0 && !scratch.stop()) record_verdict(x);  // else it may have come to nothing for want of time
+  if (x.refined >= 0 && !scratch.stop()) record_verdict(x);  // a run that was stopped may not have finished the verification
   if (x.release_unstable) tree_.add_unstable_release(x.near, x.release.moved);
   totals_.distrusted += x.broken;
   if (x.command.size() > 0) tree_.add_tried(x.near, std::move(x.command));
@@ -189,7 +189,7 @@ bool TreeSearch::goes_on(const Expansion& x, const Node& near) const {
   const Node& before = chain.size() > 1 ? chain[chain.size() - 2] : near;
   const double distance = x.distance(setting_.goal, last.q);
   if (x.to_goal && distance <= setting_.options.tolerance_fraction)
-    return true;  // lengthen() looks whether the finer state is there as well
+    return true;  // lengthen() checks whether the state at half sub-steps is there as well
   return distance > setting_.options.tolerance_fraction && distance < threshold::kProgress * x.distance(setting_.goal, before.q);
 }
 
@@ -205,7 +205,7 @@ bool TreeSearch::lengthen(Expansion& x, const Node& near, const EdgeReplay& near
   }
   const double fraction = setting_.options.tolerance_fraction;
   if (x.to_goal && setting_.goal.ratio(last.q) <= fraction) {
-    // It is there, or the two resolutions are too far apart for one more push to bring both there.
+    // Both resolutions are at the goal, or they are too far apart for one more push to bring both there.
     if (setting_.goal.ratio(last.replay.q_fine) <= fraction) return false;
     if (setting_.goal.share_of_tolerances(last.q, last.replay.q_fine) > 2 * fraction) return false;
   }
@@ -218,7 +218,7 @@ bool TreeSearch::lengthen(Expansion& x, const Node& near, const EdgeReplay& near
 }
 
 void TreeSearch::record_verdict(Expansion& x) {
-  if (!tree_[x.refined].replay.empty()) return;  // another one of the round was first, with the same outcome
+  if (!tree_[x.refined].replay.empty()) return;  // another expansion of the round verified the node, with the same outcome
   set_replay(x.refined, std::move(x.near_replay));
   if (!x.rejected) return;
   tree_.prune(x.refined);

@@ -5,9 +5,9 @@
 namespace stiction::planning {
 namespace {
 
-/// Keeps errors of objects apart from the draws of the search.
+/// Keeps the random errors of objects apart from the draws of the search.
 constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
-/// What an edge may come to at half its sub-step.
+/// Limits of an edge at half its sub-step.
 constexpr Worst kMostFine{kMostFinePenetration, kMostForceGap, kMostPress};
 
 }  // namespace
@@ -22,7 +22,7 @@ EdgeVerifier::EdgeVerifier(const Setting& setting, std::uint64_t seed) : setting
 bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch,
                                Totals& totals, EdgeReplay& replay) const {
   const ProfileClock::Scope scope(scratch.profile, Activity::HalfSteps);
-  replay.q_fine = node.q;  // says that it was tried, whatever comes out
+  replay.q_fine = node.q;  // marks the edge as tried, whatever the outcome
   Simulation simulation(setting_, scratch, totals);
   const Watch watch{.most = kMostFine};
   Trace fine{.q = parent_replay.q_fine, .u = parent.u};

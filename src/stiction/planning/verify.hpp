@@ -6,32 +6,33 @@
 
 namespace stiction::planning {
 
-/// What an edge has to stand before others are built on it (docs/theory/verification.md).
+/// Tests that an edge must pass before other edges are built on it (docs/theory/verification.md).
 class EdgeVerifier {
  public:
-  /// @param seed  of the tree: two trees do not stand the same errors of objects, else a search with unlucky ones would find no plan
+  /// @param seed  of the tree. Two trees test different errors of objects, else an unlucky draw could leave a search without a plan.
   EdgeVerifier(const Setting& setting, std::uint64_t seed);
 
-  /// Computes Node::replay of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a finger about to slip off
-  /// would not survive the check of the plan; and, with margins, where a disturbed path goes elsewhere. Done once, when the node is first built on.
+  /// Computes Node::replay of a node whose parent has one, when the node is first built on.
+  /// @returns false: the two resolutions disagree, so that the plan would fail its check (an object is about to tip, or a finger to slip);
+  ///          or, with margins, a disturbed path goes elsewhere
   bool verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch, Totals& totals,
                    EdgeReplay& replay) const;
-  /// The replay of a root that settles from the given start. @returns false where a half step is not solved
+  /// Computes the replay of a root that settles from the given start. @returns false: a half step is not solved
   bool verify_root(const Node& root, ThreadScratch& scratch, Totals& totals, EdgeReplay& replay) const;
 
  private:
-  /// The objects off by up to kStartNoise of the tolerances wherever a push starts, by two draws of errors either way, the same in all n-th pushes; gravity
-  /// kEdgeTilt aside; less friction: after every edge they still are within the tolerances of where the tree has them.
+  /// Replays an edge with tilted gravity (kEdgeTilt), less friction, and objects off by up to kStartNoise tolerances where a push starts
+  /// (two draws of errors, both ways, the same in all n-th pushes). True if objects stay within the tolerances of their states in the tree.
   bool holds_disturbed(const Node& node, const Node& parent, const EdgeReplay& parent_replay, ThreadScratch& scratch, Totals& totals,
                        Eigen::MatrixXd& disturbed) const;
   void move_objects(const Node& parent, int draw, Eigen::VectorXd& q) const;
 
   const Setting& setting_;
   const std::uint64_t seed_;
-  std::vector<Eigen::VectorXd> friction_;  ///< of each disturbance: factors of μ (pairs)
+  std::vector<Eigen::VectorXd> friction_;  ///< factors of μ for each disturbance (pairs)
 };
 
-/// A push begins with this edge: the one before it is none.
+/// True if a push begins with this edge, because the edge before it is no push.
 bool starts_push(const Node& parent, const Node& node);
 
 }  // namespace stiction::planning

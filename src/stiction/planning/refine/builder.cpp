@@ -14,9 +14,9 @@ using core::Status;
 
 namespace {
 
-/// Places of the objects that differ by less than this are one [tolerances].
+/// Places of the objects that differ by less than this count as the same [tolerances].
 constexpr double kSamePlace = 0.05;
-/// A regrasp that leaves objects farther than this from where they are wanted is tried with less clearance as well [tolerances].
+/// A regrasp that leaves objects farther than this from where the push needs them is tried with less clearance as well [tolerances].
 constexpr double kNearEnough = 0.2;
 
 }  // namespace
@@ -28,7 +28,7 @@ Builder::Builder(Problem& problem, Scratch& scratch)
       at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start}} {
   built_.step.h = problem.pace.step.h;
   built_.substep = problem.pace.limits;
-  built_.substep.joint_angle = problem.plan.substep.joint_angle;  // of branches that move freely
+  built_.substep.joint_angle = problem.plan.substep.joint_angle;  // for branches that move freely
   built_.substep.joint_travel = problem.plan.substep.joint_travel;
   built_.segments.clear();
 }
@@ -62,7 +62,7 @@ RefineResult Builder::result() {
   return std::move(out_);
 }
 
-/// What a plan does before its first push.
+/// Follows the commands that a plan has before its first push.
 bool Builder::settle(const std::vector<Segment>& segments, SegmentKind as) {
   for (const Segment& segment : segments) {
     if (segment.kind != SegmentKind::Settle) continue;
@@ -80,7 +80,7 @@ bool Builder::settle(const std::vector<Segment>& segments, SegmentKind as) {
   return true;
 }
 
-/// That are tried, in this order; 0: the commands of the plan.
+/// Clearances that are tried, in this order; 0: the commands of the plan.
 std::vector<double> Builder::clearances_of(const Push& push) const {
   std::vector<double> out;
   if (problem_.refine.reconnect) out = problem_.refine.clearances;
@@ -88,8 +88,8 @@ std::vector<double> Builder::clearances_of(const Push& push) const {
   return out;
 }
 
-/// From where the robot is to where the push starts: with the largest clearance that leaves the objects where the push wants them, or where they are; else
-/// with what leaves them nearest to it, the commands of the plan among it.
+/// Goes from the present posture to the start of a push. Takes the largest clearance that leaves the objects where they are or where the
+/// push needs them. Else takes the candidate that leaves them nearest to it; the commands of the plan are a candidate.
 bool Builder::regrasp(const Push& push, std::size_t number) {
   if (!push.regrasp && !push.merged) return true;
   const double missed = std::max(problem_.miss(push.q_entry, at_.q), problem_.miss(push.q_entry, at_.fine.q));
@@ -111,7 +111,7 @@ bool Builder::regrasp(const Push& push, std::size_t number) {
   return true;
 }
 
-/// A push in small steps may end elsewhere than it did in the plan, but for the last one.
+/// Follows a push in small steps. The last push must reach the goal; the others may end up to kLost from their end in the plan.
 bool Builder::push(const Push& push, bool last) {
   Run run;
   if (!push_again(problem_, at_, push, scratch_, work_, run)) return false;
@@ -121,15 +121,15 @@ bool Builder::push(const Push& push, bool last) {
   return there;
 }
 
-/// What is left to do, from the last place at which whole and half sub-steps agree and that no search has begun at; if that does not come to rest, from the
-/// one before.
+/// Plans the remaining way from the last place where whole and half sub-steps agree and no search has started. If the objects do not come
+/// to rest there, it takes the place before.
 bool Builder::plan_anew(std::vector<Push>& pushes) {
   PlannerOptions options = problem_.options;
   options.friction = problem_.plan.step.friction_scale;
   options.tolerance_fraction = std::min(options.tolerance_fraction, threshold::kAgree);
   options.anytime = false;
   const Goal& goal = problem_.plan.goal;
-  Eigen::VectorXd q_goal;  // it follows from the pose, where that tells it
+  Eigen::VectorXd q_goal;  // empty if it follows from the goal pose
   if (goal.region || problem_.model.objects()[static_cast<std::size_t>(goal.object)].parent >= 0)
     q_goal = end_of(problem_.plan).head(problem_.model.n_qu());
   PlanResult rest;
@@ -158,7 +158,7 @@ void Builder::take(Run& run) {
   if (agrees(at_)) sure_.push_back(here());
 }
 
-/// At the sub-step and at half of it.
+/// True if the goal is reached at the sub-step and at half of it.
 bool Builder::reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine) const {
   return problem_.reaches_goal(q, q_fine, problem_.options.tolerance_fraction);
 }

@@ -7,7 +7,7 @@
 
 namespace stiction::planning::refinement {
 
-/// A plan as far as it was built anew, push by push, and where that leads.
+/// Builds the refined plan, push by push from the given one.
 class Builder {
  public:
   Builder(Problem& problem, Scratch& scratch);
@@ -18,7 +18,7 @@ class Builder {
   const Work& work() const { return work_; }
 
  private:
-  /// As far as the plan was built.
+  /// State of the refined plan after a part of the pushes.
   struct Place {
     Cursor at;
     std::size_t segments;
@@ -39,9 +39,9 @@ class Builder {
   Scratch& scratch_;
   Plan built_;
   Cursor at_;
-  std::vector<Place> sure_;  ///< ends of pushes and regrasps at which whole and half sub-steps agree, from where no search has begun
-  int searches_ = 0;         ///< for what is left …
-  long extensions_ = 0;      ///< … and theirs
+  std::vector<Place> sure_;  ///< ends of pushes and regrasps where whole and half sub-steps agree and no search has started
+  int searches_ = 0;         ///< number of searches for the remaining way
+  long extensions_ = 0;      ///< extensions of all these searches
   RefineResult out_;
   Work work_;
 };

@@ -12,7 +12,7 @@
 
 namespace stiction::planning::refinement {
 
-/// A plan to be refined, in which steps, and what is allowed.
+/// A plan that is to be refined, with the steps and the limits of the refinement.
 struct Problem : Setting {
   Problem(const std::shared_ptr<const world::Model>& shared, const Plan& given, const PlannerOptions& planner_options,
           const RefineOptions& refine_options, const core::RunControl& run_control);
@@ -21,47 +21,47 @@ struct Problem : Setting {
   const RefineOptions& refine;
   const core::RunControl& control;
   const Motion motion;
-  int cuts = 1;   ///< steps for each of the plan's
+  int cuts = 1;   ///< steps for each step of the plan
   Pace pace;      ///< whole sub-steps, `cuts` times as short as those of the plan
-  Pace halves;    ///< half of them
-  Worst allowed;  ///< at half sub-steps; a refined plan may be as bad as the given one
+  Pace halves;    ///< half sub-steps
+  Worst allowed;  ///< limits at half sub-steps; a refined plan may be as bad as the given one
 
-  /// Objects that move less in a step rest.
+  /// Objects rest if they move less than this in a step.
   Allowance rest() const { return {thresholds.rest.position / cuts, thresholds.rest.angle / cuts}; }
-  /// Whole sub-steps of a push or a regrasp; their gaps are judged at half sub-steps.
+  /// Limits of a push or a regrasp at whole sub-steps. Gaps are judged at half sub-steps only.
   Worst allowed_at_whole_steps() const { return {allowed.penetration, kUnlimited, allowed.press}; }
   /// Distance of the objects from where they should be, in tolerances of the goal.
   double miss(const Eigen::VectorXd& q_target, const Eigen::VectorXd& q) const { return goal.share_of_tolerances(q_target, q); }
-  /// Both are at the goal within the planner's share of its tolerances.
+  /// True if both configurations are at the goal within this fraction of its tolerances.
   bool reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine, double fraction) const {
     return std::max(goal.ratio(q), goal.ratio(q_fine)) <= fraction;
   }
-  /// The pushes of a plan, cut and dropped as asked for.
+  /// The pushes of a plan, with tails cut and without pushes that move nothing.
   std::vector<Push> shortened(const Plan& given) const;
 };
 
-/// Scratch of the thread that refines.
+/// Scratch memory of the thread that refines.
 using Scratch = SimulationScratch;
 
-/// Where a refinement is, at whole sub-steps and at half of them.
+/// The present state of a refinement, at whole and at half sub-steps.
 struct Cursor {
   Eigen::VectorXd q{}, u{};
   Trace fine{};
 };
 
-/// A push or a regrasp as it was simulated, and where that left everything.
+/// A push or a regrasp that was simulated, and the state in which it ends.
 struct Run {
   std::vector<Segment> segments{};
   Cursor end{};
-  bool holds = false;    ///< at half sub-steps as well
-  double missed = 0;     ///< the worse of whole and half sub-steps, in tolerances of the goal
-  double clearance = 0;  ///< of a regrasp that was planned anew [m]
+  bool holds = false;    ///< the limits are met at half sub-steps as well
+  double missed = 0;     ///< larger miss of whole and half sub-steps, in tolerances of the goal
+  double clearance = 0;  ///< clearance of a regrasp that was planned anew [m]
 };
 
-/// The same commands at half sub-steps from where `start` is; sets holds and missed.
+/// Replays the commands of a run at half sub-steps from `start`, and sets its fields `holds` and `missed`.
 void finish(const Problem& problem, const Cursor& start, const Eigen::VectorXd& q_target, Scratch& scratch, Work& work, Run& run);
 
-/// Where a plan ends (n_q).
+/// Configuration at the end of a plan (n_q).
 const Eigen::VectorXd& end_of(const Plan& plan);
 
 }  // namespace stiction::planning::refinement

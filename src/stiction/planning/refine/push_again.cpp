@@ -5,7 +5,7 @@
 namespace stiction::planning::refinement {
 namespace {
 
-/// Steps of the plan's length that a push may take to come to rest.
+/// Most steps of the plan's length in which a push must come to rest.
 constexpr int kMostResting = 10;
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 
 using core::Status;
 
-/// The given plan at half of its own sub-steps.
+/// Replays the given plan at half of its own sub-steps.
 Run look_at_given_plan(const Problem& problem, Scratch& scratch, Work& work) {
   const Plan& plan = problem.plan;
   Run run;
@@ -29,7 +29,7 @@ Run look_at_given_plan(const Problem& problem, Scratch& scratch, Work& work) {
   return run;
 }
 
-/// The given plan is what comes out, with forces: one that was read from a file comes without.
+/// Makes the given plan the result, with contact forces, which a plan from a file does not have.
 void keep_given_plan(const Problem& problem, const Eigen::VectorXd& q_fine, Scratch& scratch, RefineResult& out, Work& work) {
   out = RefineResult{};
   out.plan = problem.plan;
@@ -47,12 +47,12 @@ void keep_given_plan(const Problem& problem, const Eigen::VectorXd& q_fine, Scra
 
 Status run(const std::shared_ptr<const world::Model>& model, const Plan& plan, const PlannerOptions& options,
            const RefineOptions& refine_options, const core::RunControl& control, RefineResult& out) {
-  core::RunControl quiet = control;  // there is no measure of how far a refinement has come
+  core::RunControl quiet = control;  // a refinement has no measure of its progress
   quiet.on_progress = nullptr;
   Problem problem(model, plan, options, refine_options, quiet);
   Scratch scratch(model, quiet);
   Work work;
-  const core::RunControl to_the_end;  // the given plan is looked at also in a run that was stopped
+  const core::RunControl to_the_end;  // the given plan is replayed even if the run was stopped
   Scratch unstopped(model, to_the_end);
   const Run given = look_at_given_plan(problem, unstopped, work);
   const bool at_goal = !plan.segments.empty() && problem.reaches_goal(end_of(plan), given.end.fine.q, 1.0);

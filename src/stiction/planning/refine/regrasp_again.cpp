@@ -6,7 +6,7 @@
 namespace stiction::planning::refinement {
 namespace {
 
-/// Objects may be as far from where the push wants them.
+/// Where the push needs the objects, with the distance that they may be away from it.
 Place wanted(const Problem& problem, const Push& push) {
   const PathTolerances& tolerances = problem.goal.tolerances();
   return {&push.q_entry, {threshold::kFarOff * tolerances.position, threshold::kFarOff * tolerances.angle}};
@@ -19,13 +19,13 @@ RegraspSizes sizes_of(const Problem& problem, const Push& push, double clearance
                      .clearance = clearance,
                      .most = problem.allowed_at_whole_steps(),
                      .also = wanted(problem, push)};
-  // Where nothing is near, commands go as far in a step as in the plan.
+  // Far from everything, commands move as far in a step as in the plan.
   sizes.free_limits->joint_angle = problem.plan.substep.joint_angle;
   sizes.free_limits->joint_travel = problem.plan.substep.joint_travel;
   return sizes;
 }
 
-/// Branches that go to another posture; of the others the command goes to u_kept.
+/// Branches that go to another posture. In u_kept, the other branches have their commands at the start of the push.
 world::ChainMask branches_that_move(const Problem& problem, const Cursor& start, const Push& push, Eigen::VectorXd& u_kept) {
   world::ChainMask moving = 0;
   const int n_qu = problem.model.n_qu();

@@ -21,7 +21,7 @@ Eigen::VectorXd calc_packing_ratio(const world::Model& model, const std::vector<
   if (tree.empty()) return ratio;
 
   const world::ObjectSpace space(model);
-  std::vector<Eigen::VectorXd> outside;  // samples that no node so far has reached
+  std::vector<Eigen::VectorXd> outside;  // samples that no node has reached so far
   for (int i = 0; i < options.samples; ++i) {
     core::Random random(options.seed, static_cast<std::uint64_t>(i));
     space.sample(boxes, random, outside.emplace_back(tree.front().q.head(space.n_q())));

@@ -17,7 +17,7 @@ struct PackingOptions {
 };
 
 /// Packing ratio (3.9) of a tree after each of its nodes: the share of N configurations drawn from the boxes that lie within η of a node,
-/// each under its own metric (3.5). Objects without a box stay where the root has them. Never falls, in [0, 1].
+/// each under its own metric (3.5). Objects without a box stay where the root has them. The ratio never falls and lies in [0, 1].
 /// @returns one number per node; empty for an empty tree
 /// @throws  InvalidInput: η, γ ≤ 0, N < 1, no box
 /// Tests: tests/planning/packing_test.cpp (ellipsoids of known volume)

@@ -16,16 +16,16 @@ using core::Status;
 
 /// Keeps the samples of local models apart from the draws of the search.
 constexpr std::uint64_t kSampleSeed = 0x5ca1ab1e0ddba11;
-/// Of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below what a mean of 100 samples resolves.
+/// Complementarity of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below the resolution of a mean of 100 samples.
 constexpr double kSampleComplementarity = 1e-6;
-/// A shorter extension is none [joint units].
+/// Shorter extensions count as none [joint units].
 constexpr double kNoMove = 1e-9;
 
 struct Node {
   int parent = -1;
   SegmentKind edge = SegmentKind::Contact;
   Eigen::VectorXd q, u;        ///< state, and the command that led to it
-  dynamics::LocalModel local;  ///< around u = qᵃ
+  dynamics::LocalModel local;  ///< local model around u = qᵃ
 };
 
 class Tree {
@@ -44,7 +44,7 @@ class Tree {
       smoothed_.tol_complementarity = kSampleComplementarity;
   }
 
-  /// Algorithm 2.
+  /// Runs Algorithm 2.
   Status grow() {
     if (!plant_root()) return Status::NumericalFailure;
     for (long k = 0; k < setting_.options.max_iterations && !control_.stop(); ++k) {
@@ -87,7 +87,7 @@ class Tree {
     return q_u;
   }
 
-  /// Algorithm 3: the least-squares command (3.6) within joint limits, at its fixed length, and the exact step from there.
+  /// Algorithm 3: the least-squares command (3.6) within joint limits, scaled to its fixed length, and one exact step.
   std::optional<Node> extend(int near, const Eigen::VectorXd& q_subgoal) {
     const world::Model& model = setting_.model;
     const Node& from = nodes_[static_cast<std::size_t>(near)];
@@ -107,7 +107,7 @@ class Tree {
     return node;
   }
 
-  /// 3.4.3: the robot jumps to a posture in contact. A jump after a jump starts from where the first one did.
+  /// 3.4.3: the robot jumps to a posture in contact. A jump after a jump starts where the first one started.
   std::optional<Node> sample_contact(int& near, core::Random& random) {
     if (nodes_[static_cast<std::size_t>(near)].edge == SegmentKind::Regrasp) near = nodes_[static_cast<std::size_t>(near)].parent;
     const Node& from = nodes_[static_cast<std::size_t>(near)];
@@ -125,7 +125,7 @@ class Tree {
     return node;
   }
 
-  /// With its local model (2.4.1) and its metric (3.5). @returns false where it has none
+  /// Adds a node with its local model (2.4.1) and its metric (3.5). @returns false: it has no local model
   bool add_node(Node node, int parent) {
     const world::Model& model = setting_.model;
     node.parent = parent;
@@ -154,7 +154,7 @@ class Tree {
     return true;
   }
 
-  /// Diagonal of the metric that is the same everywhere (n_vu).
+  /// Diagonal of the metric that is the same at all nodes (n_vu).
   Eigen::VectorXd global_metric() const {
     Eigen::VectorXd weights(setting_.model.n_vu());
     for (int i = 0; i < setting_.model.n_vu(); ++i) {
