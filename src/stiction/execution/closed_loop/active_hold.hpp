@@ -50,8 +50,8 @@ class ActiveHold {
   void start(VectorRef q);
   /// Leaves out a finger that moves elsewhere: its commands stay unchanged and its gap has no cost. @param finger  index into `pairs`; −1: no finger
   void leave(int finger);
-  /// Computes the next command. @param q  measured (n_q)  @param u  command in force (n_a), replaced by the next one  @param period  until the next call [s],
-  /// > 0
+  /// Computes the next command.
+  /// @param q  measured (n_q)  @param u  command in force (n_a), replaced by the next one  @param period  until the next call [s], > 0
   /// @returns Solved, or the status of the failed step or program, which leaves u unchanged. No heap use once there were as many contacts in an earlier call
   core::Status update(VectorRef q, double period, Eigen::VectorXd& u);
 

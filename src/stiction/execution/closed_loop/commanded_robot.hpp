@@ -13,8 +13,8 @@
 
 namespace stiction::execution {
 
-/// A piece that ends within this distance of its plan is followed at once by the next one, and a plan can begin this far from its start [tolerances of the
-/// goal].
+/// A piece that ends within this distance of its plan is followed at once by the next one, and a plan can begin within this distance of its start
+/// [tolerances of the goal].
 constexpr double kThere = 0.3;
 
 /// Commands that are chosen at intervals and interpolated in equal parts, one in each tick.

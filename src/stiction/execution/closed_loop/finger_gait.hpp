@@ -28,8 +28,8 @@ class FingerGait {
 
   /// Starts from q. The places at which the fingers first touched the object are kept from one start to the next.
   void start(VectorRef q);
-  /// Computes the next command. @param q  measured (n_q)  @param u  command in force (n_a), replaced by the next one  @param period  until the next call [s],
-  /// > 0
+  /// Computes the next command.
+  /// @param q  measured (n_q)  @param u  command in force (n_a), replaced by the next one  @param period  until the next call [s], > 0
   /// @returns the status of ActiveHold; if it is not Solved, fingers that hold keep their commands
   core::Status update(VectorRef q, double period, Eigen::VectorXd& u);
 

@@ -9,7 +9,7 @@
 
 namespace stiction::execution {
 
-/// How gently a run handled its free objects, as the simulation knows it.
+/// How gently a run handled its free objects, measured in the simulation.
 struct Handling {
   std::optional<double> force;  ///< largest normal force of one pair on a free object, as a multiple of its weight; empty: no free object
   std::vector<double> slip_speeds;  ///< per piece, until the next piece began: how much faster than planned a free object was [m/s]

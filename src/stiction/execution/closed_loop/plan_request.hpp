@@ -24,8 +24,8 @@ PlanRequest first_request(std::string cause, bool can_step_back);
 
 /// Request after a refused one. If the robot can step back, it does so after the short search. Later requests use the friction of the scene, because no push
 /// with less friction may lead out of some states. If the object slipped at the start with the friction of plans, the next request does so at once, otherwise
-/// the springs are relaxed first. From then on the robot steps back before every request. If it cannot, as with an object in its fingers, its springs are
-/// relaxed.
+/// the springs are relaxed first. From then on the robot steps back before every request. A robot that cannot step back, for instance with an object in its
+/// fingers, relaxes its springs.
 /// @param slipped  the object did not rest at the start with the friction of plans, but does with more friction
 /// Tests: tests/execution/plan_request_test.cpp
 PlanRequest next_request(const PlanRequest& refused, bool slipped, bool can_step_back);

@@ -180,9 +180,8 @@ void ContactEstimator::choose_reported() {
   if (!std::all_of(hypotheses_.begin(), hypotheses_.end(), is_new)) std::erase_if(hypotheses_, is_new);
 }
 
-/// Updates a Kalman filter for each offset. The offset is a random walk over the way that the arm moves. It is measured while nothing touches the arm, by
-/// torques whose noise is correlated in time. At rest the filter soon learns nothing more, so a lasting force does not become an offset.
-/// (C.16)
+/// Updates a Kalman filter (C.16) for each offset. The offset is a random walk over the way that the arm moves. It is measured while nothing touches the arm,
+/// by torques whose noise is correlated in time. At rest the filter soon learns nothing more, so a lasting force does not become an offset.
 void ContactEstimator::learn_offset(VectorRef q, double dt) {
   Tare& t = tare_;
   const double memory = options_.lag + time_constant_;

@@ -15,11 +15,12 @@ bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta);
 Eigen::VectorXd calc_object_damping(const world::Model& model);
 
 /// Computes the lead of the commands over the plan that lets a damped object follow the plan. Plans know next to no damping, and D q̇ strains the springs that
-/// push. The strain follows from a robot so stiff that it follows the plan, with damping less without, times the ratio of the stiffnesses:
+/// push. This strain is found with a robot so stiff that it follows the plan as it is: the difference of its joints without and with damping, times the ratio
+/// of the stiffnesses,
 ///
 ///     Δu = K_a⁻¹ K_s (qᵃ_s(0) − qᵃ_s(D))                                                                                            (E.17)
 ///
-/// Here qᵃ_s are the joints after an exact step from q_k with the torques of the plan, in the time Δt of the step. A step in which no object moves has no lead.
+/// with the joints qᵃ_s after an exact step from q_k, with the torques of the plan, in the time Δt of the step. A step in which no object moves has no lead.
 class DragFeedforward {
  public:
   explicit DragFeedforward(std::shared_ptr<const world::Model> model);
@@ -33,7 +34,7 @@ class DragFeedforward {
   /// @param q, u          configuration at the begin of the step (n_q), and its command (n_a)
   /// @param q_next        planned configuration at the end of the step (n_q)
   /// @param duration      duration of the step at full speed [s], > 0
-  /// @param unled         share of full speed at which no lead is needed, in (0, 1]: the slowest speed. There is no lead if the object follows at no speed
+  /// @param unled         share of full speed at which no lead is needed, in (0, 1]. No step is slower. A step that the object follows at no speed has no lead
   Lead calc(const planning::Plan& plan, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& q_next, double duration,
             double unled);
 

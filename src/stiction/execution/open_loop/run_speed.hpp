@@ -21,9 +21,9 @@ struct RunSpeeds {
   Eigen::VectorXd acceleration;  ///< acceleration of joints with this lag (n_a) [rad/s² or m/s²], > 0, may be infinite
   Eigen::VectorXd jump;          ///< speed jump of joints at corners with this lag (n_a) [rad/s or m/s], > 0, may be infinite
   Eigen::VectorXd most_room;     ///< largest lag that the motor allows, at the reach of the joint (n_a) [m], > 0, may be infinite
-  Eigen::VectorXd
-      carry_acceleration;  ///< joint acceleration while only robots hold a free object (n_a) [rad/s² or m/s²], > 0, may be infinite (E.26)
-  Eigen::VectorXd carry_jump;                      ///< joint speed jump meanwhile (n_a) [rad/s or m/s], > 0, may be infinite
+  /// Joint acceleration while only robots hold a free object (n_a) [rad/s² or m/s²], > 0, may be infinite (E.26).
+  Eigen::VectorXd carry_acceleration;
+  Eigen::VectorXd carry_jump;                      ///< joint speed jump in this case (n_a) [rad/s or m/s], > 0, may be infinite
   double start_time = 0;                           ///< time in which pushes reach their speed, and come to rest [s], ≥ 0
   void validate(const world::Model& model) const;  ///< @throws core::InvalidInput naming the field
 };

@@ -28,7 +28,7 @@ struct Stretch {
   double most = 1;          ///< largest f
   double acceleration = 0;  ///< largest rate of f [1/s]
   bool carried = false;     ///< only robots hold an object
-  bool free = false;        ///< free motion: no object moves and no spring of a moving joint is loaded
+  bool free = false;        ///< regrasp, or a push in which no object moves and no spring of a moving joint is loaded
   Eigen::VectorXd room;     ///< clearance for the lag of each joint, in multiples of RunSpeeds::room (n_a)
   Eigen::VectorXd slope;    ///< du/dt at f = 1 (n_a)
   Eigen::VectorXd lead;     ///< lead (E.17) at f = 1 (n_a)
@@ -77,8 +77,8 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, bool carried, double
   return out;
 }
 
-/// Number of parts into which a stretch is cut so that its speed can change. @param whole  duration of its piece at f = 1 [s]  @param part  time between
-/// knots [s]
+/// Number of parts into which a stretch is cut so that its speed can change.
+/// @param whole  duration of its piece at f = 1 [s]  @param part  time between knots [s]
 int count_parts(const Stretch& s, double whole, double part) {
   if (!std::isfinite(s.acceleration)) return 1;
   const double fastest = std::min(s.most, std::sqrt(1 + s.acceleration * whole));

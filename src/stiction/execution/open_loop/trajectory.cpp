@@ -243,8 +243,8 @@ Trajectory retime(Trajectory trajectory, const Trajectory& timing) {
   if (trajectory.pieces.size() != timing.pieces.size())
     core::throw_invalid("timing.pieces", std::to_string(timing.pieces.size()),
                         fmt::format("{} pieces, as in trajectory", trajectory.pieces.size()));
-  const auto end_of = [](const Trajectory& t, const Piece& piece, Eigen::Index k,
-                         int segment) {  // last knot of the segment; k is a knot before it
+  // Last knot of a segment, from a knot k before it.
+  const auto end_of = [](const Trajectory& t, const Piece& piece, Eigen::Index k, int segment) {
     while (k < piece.last_knot && t.segments[k + 1] <= segment) ++k;
     return k;
   };

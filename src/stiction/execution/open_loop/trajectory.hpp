@@ -28,8 +28,8 @@ struct Trajectory {
   Eigen::MatrixXd u;         ///< (n_a × knots)
   Eigen::MatrixXd q;         ///< (n_q × knots)
   Eigen::VectorXi segments;  ///< per knot: segment of the plan that leads to it; 0 for the first one
-  Eigen::VectorXi
-      knots;  ///< per knot: knot of the plan whose sub-step ends here or is under way, counted from the start of the plan, which is 0
+  /// Per knot: knot of the plan whose sub-step ends here or is under way, counted from the start of the plan, which is 0.
+  Eigen::VectorXi knots;
   std::vector<Piece> pieces;
   double speed = 1;  ///< factor of the full timing (E.13)
   double duration() const { return times.size() == 0 ? 0.0 : times[times.size() - 1]; }

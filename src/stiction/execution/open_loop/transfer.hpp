@@ -21,8 +21,8 @@ struct TransferOptions {
   double speed = kOpenLoopSpeed;       ///< factor of the full timing (E.13), > 0; above 1 it applies to pushes only
   double pause = 0;                    ///< time for which commands rest between pieces [s], ≥ 0
   std::optional<SpeedLimits> uniform;  ///< replaces `speed` and `pause` by the published limits, the same for every object and robot
-  /// Displacement of the objects from their planned start, in their tangent (n_vu) [m, rad]; objects that then overlap are moved apart (part_start). Empty:
-  /// none.
+  /// Displacement of the objects from their planned start, in their tangent (n_vu) [m, rad]. Objects that then overlap are moved apart (part_start).
+  /// Empty: none.
   Eigen::VectorXd start_error{};
   double hold = 4.0;  ///< the last command is held this long; then the goal is judged with the plan's tolerances [s], ≥ 0
   /// A free object is dropped if it is this far below its planned place from then to the end of a piece [L of the object], > 0
@@ -40,9 +40,9 @@ struct TransferOptions {
 struct PieceError {
   double mean_position = 0;    ///< mean error Δ (3.10) [m]
   double mean_angle = 0;       ///< mean error Δ (3.10) [rad]
-  double start_position = 0;   ///< at the first moment [m]
+  double start_position = 0;   ///< error at the first moment [m]
   double start_angle = 0;      ///< [rad]
-  double end_position = 0;     ///< at the last moment [m]
+  double end_position = 0;     ///< error at the last moment [m]
   double end_angle = 0;        ///< [rad]
   double length_position = 0;  ///< path length L of the plan (3.12) [m]
   double length_angle = 0;     ///< [rad]

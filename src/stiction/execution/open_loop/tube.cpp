@@ -279,8 +279,7 @@ WorldError draw_world(const Model& model, dynamics::VectorRef q, const ErrorSets
       e = draw_joint(model, object, sets, random);
     }
   }
-  for (double excess = 2; excess > 1; out.start /= excess)
-    excess = calc_excess(model, q, out.start, sets);  // repeated because arcs are not quite straight
+  for (double excess = 2; excess > 1; out.start /= excess) excess = calc_excess(model, q, out.start, sets);  // arcs are not quite straight
   return out;
 }
 

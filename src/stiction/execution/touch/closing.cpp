@@ -191,8 +191,8 @@ class Closing {
     side.felt->force = side.feeler.calc_force(side.link, side.p_L, X_WL.R.transpose() * side.felt->direction_W);
   }
 
-  /// Sets the commands of the side's joints ahead in the direction of the move, so that the middle of its link presses with `force` if all joints are
-  /// springs. (G.5)
+  /// Sets the commands of the side's joints ahead in the direction of the move, so that the middle of its link presses with `force`, as in (G.5) with the
+  /// softness of all joints.
   void lead(const Side& side, double force) {
     VectorXd step = VectorXd::Zero(q_.size());
     for (const int j : side.joints) step[j] = side.to[j] - side.from[j];

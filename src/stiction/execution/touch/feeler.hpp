@@ -17,8 +17,7 @@ inline bool moves_body(const world::Model& model, int joint, const world::Body& 
   return std::ranges::binary_search(body.dofs, model.n_vu() + joint);
 }
 
-/// Detects when and where an arm is touched, from the external torques of a momentum observer. Each row of the observer depends on the row before by its lag
-/// T_O,
+/// Detects when and where an arm is touched, from the external torques of a momentum observer. Rows of the observer follow each other with its lag T_O,
 ///     r_k = φ r_{k−1} + (1 − φ) τ_k ,   φ = exp(−h/T_O) ,                                                          (G.4)
 /// so the noise of the rows is correlated and a touch appears slowly. The rows τ_k = (r_k − φ r_{k−1})/(1 − φ) have neither fault; `TouchOnset` and sense()
 /// use them. Belongs to one thread. Tests: tests/execution/guarded_test.cpp
@@ -45,8 +44,8 @@ class Feeler {
   /// Estimates the contact from the mean of the rows since settle(). @param q  joints (n_a)  @throws core::InvalidInput: nothing touches
   const sensing::SenseResult& identify(const Eigen::VectorXd& q);
 
-  /// Force at a given point and direction of a link that best explains the torques of the last identify(); a few joints cannot tell more. @param f_L  unit,
-  /// in the frame of the link  @returns [N]
+  /// Force at a given point and direction of a link that best explains the torques of the last identify(); a few joints cannot tell more.
+  /// @param f_L  unit, in the frame of the link  @returns [N]
   double calc_force(int body, const Eigen::Vector3d& p_L, const Eigen::Vector3d& f_L) const;
 
   const sensing::Sensor& sensor() const { return *sensor_; }

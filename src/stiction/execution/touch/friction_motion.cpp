@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// v₀: at a fifth of the joint speeds of guarded moves, which are slow, friction has reached its sign [rad/s or m/s].
+/// v₀, small because guarded moves are slow: friction has its full sign already at a fifth of their joint speeds [rad/s or m/s].
 constexpr double kStictionSpeed = 0.003;
 constexpr double kDuration = 8;                  ///< T [s]
 constexpr double kLowest = 0.8, kHighest = 1.6;  ///< frequency of the first and of the last joint [1/s]

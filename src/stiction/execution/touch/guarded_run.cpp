@@ -118,14 +118,13 @@ class GuardedRun {
     return direction.dot(J_.topRows<3>() * (out_.run.samples.back().q_cmd - q_)) / calc_softness(direction);
   }
 
-  /// lead() with a limit: once the command presses with kMost of the asked force, the lead grows no further. The cause that held the arm back may give way
-  /// suddenly.
+  /// lead() with a limit: once the command presses with kMost of the asked force, the lead grows no further. The cause that holds the arm back may vanish.
   void lead_within(const Vector3d& direction, double force, double asked) {
     lead(direction, calc_commanded(direction) > kMost * asked ? std::min(force, kMost * asked) : force);
   }
 
-  /// lead() during a motion, which the command follows with a lag: the reference leads by this lag as well. @param behind  force that the command lacks so
-  /// far [N]
+  /// lead() during a motion, which the command follows with a lag: the reference leads by this lag as well.
+  /// @param behind  force that the command lacks so far [N]
   void lead_moving(const Vector3d& direction, double force, double& behind) {
     behind = std::clamp(behind + arm_.period / kFollow * (force - calc_commanded(direction)), 0.0, kMostBehind * force);
     lead(direction, force + behind);
@@ -263,8 +262,8 @@ class GuardedRun {
       }
       return feeler_.touches() && go_on_ == Status::Solved;
     };
-    const double led = out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart)
-                                     : kStart;  // joints that stick would jerk after a jump of the command
+    const double led =
+        out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart) : kStart;  // a jump jerks joints that stick
     if (!press_for(kHold, led, kStart)) return false;
     if (!press_for(kPress, kStart, 1)) return false;
     share_ = 1;
@@ -300,8 +299,8 @@ class GuardedRun {
 
   std::optional<FeltContact> describe(const std::vector<int>& links) { return describe_touch(feeler_, q_, links, loop_.time()); }
 
-  /// Moves the body named by `correct` in the model until it touches the link. @param direction  in which the link approaches it  @param start  as in
-  /// calc_approach() [m]
+  /// Moves the body named by `correct` in the model until it touches the link.
+  /// @param direction  in which the link approaches it  @param start  as in calc_approach() [m]
   void correct(const GuardedMove& move, int link, const Vector3d& direction, double start, MoveResult& result) {
     const auto further = calc_approach(*out_.model, full(q_), link, find_body(move.correct), direction, 0, start);
     if (!further) {

@@ -13,12 +13,12 @@
 namespace stiction::execution {
 
 enum class MoveOutcome {
-  Arrived,    ///< it came to its end
+  Arrived,    ///< the move came to its end
   Felt,       ///< the arm felt the contact that `until` asks for, and presses with its force
   Lost,       ///< the surface on which it pressed has ended: an edge
-  NotFelt,    ///< it came to its end without feeling a contact
+  NotFelt,    ///< the move came to its end without feeling a contact
   WrongLink,  ///< it felt a contact, but on none of the links of `until`
-  StillThere  ///< it came to its end, and the surface on which it presses goes on
+  StillThere  ///< the move came to its end, and the surface on which it presses goes on
 };
 std::string_view to_string(MoveOutcome outcome) noexcept;
 
@@ -68,8 +68,8 @@ struct GuardedRunResult {
 /// so that springs at rest press with F along d, for any material of the contact. From mean torques, the arm then estimates link, place and force. The fixed
 /// body named by `correct` is moved in the model to where it was felt, and later moves use this place. Without a tool, joints move, and each finger stops and
 /// presses on its own.
-/// @returns Solved: the run came to its end, `reached` says if all moves succeeded | NumericalFailure: the simulation stopped | Cancelled | MaxIterations
-/// (deadline)
+/// @returns Solved: the run came to its end, `reached` says if all moves succeeded | NumericalFailure: the simulation stopped | Cancelled |
+///          MaxIterations (deadline)
 /// @throws core::InvalidInput: options out of range, no moves, a start in contact
 /// Tests: tests/execution/guarded_test.cpp
 [[nodiscard]] core::Status run_guarded(const TouchScenario& scenario, const TouchRunOptions& options, GuardedRunResult& out);

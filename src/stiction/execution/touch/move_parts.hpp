@@ -32,7 +32,7 @@ constexpr double kGain = 0.5;       ///< gain from the missing share of the forc
 /// probability over other links.
 constexpr double kDoubt = 0.01;
 constexpr int kMeasurements = 12;
-constexpr int kSure = 2;  ///< number of measurements in a row that must name another link
+constexpr int kSure = 2;  ///< number of measurements in a row that must name another link to end the move
 
 /// Travel of a straight move from rest to rest: constant acceleration for kRamp, constant speed, and the same deceleration.
 class MoveProfile {

@@ -43,8 +43,8 @@ struct GuardedMove {
     double force = 0;                                        ///< [N], > 0
   };
   std::string name;
-  Eigen::VectorXd
-      posture{};  ///< target joints (n_a) in a scenario without a tool; with `until`, each branch moves until its own link touches
+  /// Target joints (n_a) in a scenario without a tool. With `until`, each branch moves until its own link touches.
+  Eigen::VectorXd posture{};
   Eigen::Vector3d direction_W = -Eigen::Vector3d::UnitZ();  ///< d, unit
   double travel = 0;                                        ///< largest travel [m], > 0
   double speed = 0.02;                                      ///< [m/s], > 0
