@@ -13,15 +13,15 @@ using core::Status;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kNear = 0.1;         ///< of L: s
+constexpr double kNear = 0.1;         ///< s, in L
 constexpr double kChange = 50;        ///< w_du
 constexpr double kStrain = 4e-5;      ///< w_s
 constexpr double kGap = 0.026;        ///< w_tip
-constexpr double kRate = 0.5;         ///< d of a command in a second [1/s]
-constexpr double kEffort = 0.9;       ///< of what a motor gives, that a command may ask for
-constexpr double kBallRadius = 1.55;  ///< L of a ball, in radii
+constexpr double kRate = 0.5;         ///< largest rate of a command, in d per second [1/s]
+constexpr double kEffort = 0.9;       ///< share of a motor's effort that a command may ask for
+constexpr double kBallRadius = 1.55;  ///< L of a ball in multiples of its radius
 
-/// Branches of a robot that carry no other.
+/// Branches of a robot that carry no other branch.
 std::vector<const std::vector<int>*> find_tips(const world::Model& model, int robot) {
   std::vector<const std::vector<int>*> out;
   for (const std::vector<int>& chain : model.robots()[static_cast<std::size_t>(robot)].chains) {
@@ -118,7 +118,7 @@ bool ActiveHold::is_left(int joint) const {
   return std::find(chain.begin(), chain.end(), joint) != chain.end();
 }
 
-/// The reference comes no farther from the object than s.
+/// Moves the reference towards the object until it is within s.
 void ActiveHold::draw_along(VectorRef q) {
   world::local(*model_, q, q_ref_, error_);
   const auto e = error_.segment<6>(v_begin_);
@@ -133,7 +133,7 @@ Status ActiveHold::predict(VectorRef q, const VectorXd& u) {
   return dynamics::step(*model_, {q, u}, smoothed_, smoothed_work_, slope_);
 }
 
-/// Adds weight (row · du + offset)².
+/// Adds the cost weight (row · du + offset)².
 void ActiveHold::add_row(double weight, double offset) {
   qp_.H.noalias() += weight * row_ * row_.transpose();
   gradient_ += weight * offset * row_;
@@ -199,7 +199,7 @@ void ActiveHold::set_box(VectorRef q, const VectorXd& u, double period) {
     const double most = is_left(joint) ? 0 : kRate * d_[j] * period,
                  strain = kEffort * model_->effort()[joint] / model_->stiffness()[joint];
     const double at = q[model_->n_qu() + joint];
-    // A command that is beyond its bounds comes back at the rate.
+    // A command that is already beyond its bounds returns at the allowed rate.
     const double lower = std::max(model_->lower()[joint], at - strain) - u[joint],
                  upper = std::min(model_->upper()[joint], at + strain) - u[joint];
     qp_.lower[j] = std::clamp(lower, -most, most);

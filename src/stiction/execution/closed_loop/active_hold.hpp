@@ -15,43 +15,44 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
 /// The fingers of a hand that holds a free object.
 struct Fingers {
-  std::vector<int> joints;               ///< indices into u, of all fingers
-  std::vector<std::vector<int>> pairs;   ///< per finger: pairs of its last link with the object, of fingers that have some
-  std::vector<std::vector<int>> chains;  ///< per finger of these: indices into u
+  std::vector<int> joints;               ///< joints of all fingers: indices into u
+  std::vector<std::vector<int>> pairs;   ///< per finger: pairs of its last link with the object; fingers without such pairs are left out
+  std::vector<std::vector<int>> chains;  ///< joints of each finger in `pairs`: indices into u
 };
-/// Branches of robots that have two or more of them; a free object that hangs on nothing. Empty: nothing here can hold it.
+/// Finds the fingers that can hold an object: the branches of each robot that has two or more of them. Empty if there are none or the object is not free.
 Fingers find_fingers(const world::Model& model, int object);
 
-/// Where the last link of a finger is nearest to the object.
+/// Gap between an object and the last link of a finger, at their nearest points.
 struct FingerGap {
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
-  double phi;                 ///< [m]
-  std::span<const int> dofs;  ///< that change it
-  Eigen::Map<const Rows> J;   ///< contact Jacobian by them; its first row is the gradient of phi
+  double phi;                 ///< signed distance [m]
+  std::span<const int> dofs;  ///< velocity indices that change phi
+  Eigen::Map<const Rows> J;   ///< contact Jacobian for these dofs; its first row is the gradient of phi
 };
 
-/// Keeps a free object where it is with the fingers of a hand, while nothing else moves them.
+/// Keeps a free object in place with the fingers of a hand, while no plan commands them.
 ///
 ///   min_du  ‖p⁺ − p*‖²/s² + r²‖θ⁺ ⊖ θ*‖²/s² + w_du‖du/d‖² + w_s‖K(u + du − qᵃ⁺)/(F d)‖² + w_tip Σ_f g_f⁺²/s²                     (E.21)
 ///   s.t.    |du| ≤ 0.5 d/s · period ,  u + du within the joint limits and ahead of the joints by 0.9 effort/K at most
 ///
-/// The next state is linear in du: that of the exact step at u, with B of the smoothed one. s = 0.1 L, r = L/1.55, F the weight of the object, d = 1 rad, or L
-/// of a sliding joint (in the third cost L of every one); g_f is the gap between the last link of a finger and the object.
+/// The next state is that of the exact step at u, linear in du with B of the smoothed step. s = 0.1 L, r = L/1.55, F is the weight of the object. d = 1 rad for
+/// a joint that turns and L for one that slides; the third cost uses L for every joint. g_f is the gap between the last link of a finger and the object.
 class ActiveHold {
  public:
-  /// @param friction  multiplies every μ, > 0
+  /// @param friction  factor of every μ, > 0
   ActiveHold(const std::shared_ptr<const world::Model>& model, int object, double friction);
 
   bool applies() const { return !fingers_.joints.empty(); }
   const Fingers& fingers() const { return fingers_; }
-  /// At q (n_q), until the next call of anything here. @param finger  of `pairs`
+  /// Gap at q (n_q), valid until the next call of a member function. @param finger  index into `pairs`
   std::optional<FingerGap> find_gap(VectorRef q, int finger);
-  /// The object is held where q (n_q) has it. A reference is farther from the object than s at no time: it is drawn along.
+  /// Starts to hold the object at its pose in q (n_q). The reference later follows an object that moves farther than s away.
   void start(VectorRef q);
-  /// Commands of a finger that goes elsewhere stay as they are, and its gap counts for nothing. @param finger  of `pairs`; −1: none
+  /// Leaves out a finger that moves elsewhere: its commands stay unchanged and its gap has no cost. @param finger  index into `pairs`; −1: no finger
   void leave(int finger);
-  /// The next command. @param q  as measured (n_q)  @param u  command in force, replaced by the next (n_a)  @param period  until the next call [s], > 0
-  /// @returns Solved; else u stays: the status of the step or of the program. No heap use once contacts have been as many
+  /// Computes the next command.
+  /// @param q  measured (n_q)  @param u  command in force (n_a), replaced by the next one  @param period  until the next call [s], > 0
+  /// @returns Solved, or the status of the failed step or program, which leaves u unchanged. No heap use once there were as many contacts in an earlier call
   core::Status update(VectorRef q, double period, Eigen::VectorXd& u);
 
  private:
@@ -69,8 +70,8 @@ class ActiveHold {
   int object_, v_begin_;
   Fingers fingers_;
   double s_, r_;          ///< [m]
-  Eigen::VectorXd d_;     ///< per joint of the fingers
-  Eigen::VectorXd lift_;  ///< of the object's weight, F d (n) [N m, N]
+  Eigen::VectorXd d_;     ///< d of each finger joint [rad, m]
+  Eigen::VectorXd lift_;  ///< F d, the force or torque of the object's weight at each joint (n) [N m, N]
   dynamics::StepOptions exact_, smoothed_;
   dynamics::StepWorkspace exact_work_, smoothed_work_;
   dynamics::StepResult next_, slope_;
@@ -80,9 +81,9 @@ class ActiveHold {
   std::vector<contact::Contact> contacts_;
   std::vector<double> jacobian_;
   Eigen::VectorXd q_ref_, error_;  ///< (n_q), (n_v)
-  Eigen::VectorXd row_;            ///< of one residual by du (n)
-  Eigen::VectorXd gradient_;       ///< at du = 0 (n)
-  int left_ = -1;                  ///< the finger that goes elsewhere
+  Eigen::VectorXd row_;            ///< derivative of one residual by du (n)
+  Eigen::VectorXd gradient_;       ///< gradient of the cost at du = 0 (n)
+  int left_ = -1;                  ///< the finger that is left out; −1: none
   control::BoundedQp qp_;
   control::BoundedQpWorkspace qp_work_;
   control::BoundedQpResult solution_;

@@ -13,11 +13,11 @@
 namespace stiction::execution {
 namespace {
 
-/// What has not come to rest after so many windows is taken as it is.
+/// settle() waits for at most this many windows; after them it accepts objects that still move.
 constexpr int kMostWindows = 10;
-/// An object that comes this far while commands rest is caught [tolerances of the goal].
+/// The fingers catch an object that moves farther than this while commands rest [tolerances of the goal].
 constexpr double kLeaves = 0.2;
-/// Between two choices of fingers [s].
+/// Time between two choices of finger commands [s].
 constexpr double kChoicePeriod = 0.01;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -41,7 +41,7 @@ CommandedRobot::CommandedRobot(Driver& plant, std::span<const planning::Planning
   aim();
 }
 
-/// What follows from the object of the goal.
+/// Sets everything that depends on the object of the goal.
 void CommandedRobot::aim() {
   speed_ = how_.speed ? *how_.speed : calc_run_speeds(model_, problem_.goal.object, how_.speed_factor);
   follow_time_ = calc_follow_time(model_, problem_.goal.object);
@@ -73,7 +73,7 @@ bool CommandedRobot::next_goal() {
   return true;
 }
 
-/// Things went on moving since the goal before was reached: where they came through counts.
+/// Marks the new goal as touched if the object passed through it after the goal before was reached: the robot did not stop there.
 void CommandedRobot::look_back(double since) {
   for (std::size_t k = 0; k < q_.size() && !touch_; ++k) {
     if (out_.times[k] > since && goal_share(q_[k]) <= 1) touch_ = {out_.times[k], q_[k]};
@@ -120,7 +120,7 @@ void CommandedRobot::begin_motion(const Eigen::MatrixXd& planned) {
   displaced_ = false;
 }
 
-/// u, as far ahead of the joints as their motors can pull.                                                                 (E.15)
+/// Limits u so that it is no farther ahead of the joints than their motors can pull.                                       (E.15)
 Eigen::VectorXd CommandedRobot::within_motors(const Eigen::VectorXd& u) const {
   const Eigen::VectorXd q_a = measured_.q.tail(model_.n_a());
   return u.cwiseMax(q_a - strain_).cwiseMin(q_a + strain_);
@@ -161,13 +161,13 @@ bool CommandedRobot::hold_tick() {
   if (calm_) return tick(u_);
   caught_ = true;
   return tick(held_.next(now(), u_, [&](double period, Eigen::VectorXd& wanted) {
-    (void)hold_->update(measured_.q, period, wanted);  // where it finds nothing the command stays
+    (void)hold_->update(measured_.q, period, wanted);  // a failed update leaves the command unchanged
   }));
 }
 
 void CommandedRobot::look() {
   next_look_ = now() + how_.watch_interval;
-  if (measured_.object_time > seen_time_) {  // poses that stay away say nothing of rest
+  if (measured_.object_time > seen_time_) {  // a repeated pose is no evidence of rest
     watch_.add(now(), measured_.q);
     if (how_.hold == 0 && !touch_ && goal_share(measured_.q) <= 1) touch_ = {now(), measured_.q};
   }
@@ -192,7 +192,7 @@ double CommandedRobot::depth(const Eigen::VectorXd& q, int object) const {
   return world::object_pose(model_, q, object).p.dot(model_.scene().gravity.normalized());
 }
 
-/// Objects may be as deep as they are, and as what is planned (n_q × knots) has them.
+/// Sets the depth at which each object counts as fallen: kFall L below its present place and every planned one (n_q × knots).
 void CommandedRobot::set_floor(const Eigen::MatrixXd& planned) {
   floor_.assign(model_.objects().size(), kNever);
   for (int i = 0; i < static_cast<int>(floor_.size()); ++i) {
@@ -213,7 +213,7 @@ void CommandedRobot::check_fall() {
   }
 }
 
-/// What a search has taken of the clock in this run (mean) [s]; 0 before the first.
+/// Mean time on the plant's clock that a search took in this run [s]; 0 before the first search.
 double CommandedRobot::thinking_time() const {
   double sum = 0;
   int searches = 0;

@@ -7,26 +7,26 @@ namespace stiction::execution {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-/// What a driver says of its robot and of the objects.
+/// Measurement of robot and objects by a driver.
 struct Measurement {
-  double time = 0;         ///< of its clock, when the joints were measured [s]
-  double object_time = 0;  ///< … and when the objects were where q has them, ≤ time [s]
-  Eigen::VectorXd q;       ///< (n_q) objects as last seen, joints as measured
+  double time = 0;         ///< time on the driver's clock at which the joints were measured [s]
+  double object_time = 0;  ///< time at which the objects had the poses in q, ≤ time [s]
+  Eigen::VectorXd q;       ///< configuration (n_q): objects as last seen, joints as measured
   Eigen::VectorXd u;       ///< commands in force (n_a)
 };
 
-/// What carries commands out: a simulation, or a robot behind its driver. Joints are springs of stiffness Model::stiffness() from where they are to their
-/// commands, damped against the speed of the commands, and no motor gives more than Model::effort().
+/// Interface of a simulation, or of a robot behind its driver, that carries out commands. Joints are springs of stiffness Model::stiffness() between the joint
+/// positions and their commands. They are damped by the difference of joint speed and command speed, and no motor gives more than Model::effort().
 class Driver {
  public:
   virtual ~Driver() = default;
-  /// The newest measurement. False: none came in time; message() says what is known of it.
+  /// Writes the newest measurement to `out`. @returns false if none came in time; message() then says what is known of the cause
   virtual bool read(Measurement& out) = 0;
-  /// Commands go straight from those in force to u (n_a) within `period` [s]; returns when it is over. They stay in force until the next ones, so that a
-  /// caller who stops leaves the robot holding. False: not taken.
+  /// Moves the commands on a straight line from those in force to u (n_a) within `period` [s], and returns when the period is over. The commands stay in force
+  /// until the next call, so the robot holds if the caller stops. @returns false if the command was not taken
   virtual bool command(VectorRef u, double period) = 0;
-  /// Its clock goes on by itself, and command() takes its period by it: it is commanded while the planner works. False: it waits for commands, as a
-  /// simulation does.
+  /// True: the clock of the plant goes on by itself, and command() takes `period` on this clock; the run commands the plant while the planner works. False: the
+  /// plant waits for commands, as a simulation does.
   virtual bool real_time() const { return false; }
   virtual std::string message() const { return {}; }
 };

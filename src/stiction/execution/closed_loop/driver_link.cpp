@@ -30,7 +30,7 @@ bool DriverLink::take(const Measurement& given) {
   } catch (const core::InvalidInput& error) {
     return fail(fmt::format("the plant gave a measurement that cannot be: {}", error.what()));
   }
-  if (measured_.q.size() == 0) return measured_ = given, true;  // the first
+  if (measured_.q.size() == 0) return measured_ = given, true;  // the first measurement
   const double passed = given.time - measured_.time;
   if (passed < -silence_ || (passed > silence_ && !paused_))
     return fail(fmt::format("the clock of the plant went from {:.3f} s to {:.3f} s between two commands", measured_.time, given.time));
@@ -39,7 +39,7 @@ bool DriverLink::take(const Measurement& given) {
                             given.object_time, given.time));
   paused_ = false;
   still_ = passed > 0 ? 0 : still_ + tick_;
-  if (passed < 0) return true;  // a message that is late: what is known already is newer
+  if (passed < 0) return true;  // a late message: the known measurement is newer
   const Measurement before = std::exchange(measured_, given);
   if (given.object_time < before.object_time) {
     measured_.q.head(model_.n_qu()) = before.q.head(model_.n_qu());
@@ -48,7 +48,7 @@ bool DriverLink::take(const Measurement& given) {
   return true;
 }
 
-/// How far objects are from where they were, as a share of what they can move in a tick.
+/// Largest displacement of an object from its configuration in `from` (n_qu), as a multiple of the plausible motion in a tick.
 double DriverLink::share_of_jump(const Eigen::VectorXd& from) const {
   Eigen::VectorXd moved(model_.n_vu());
   space_.error(from.data(), measured_.q.data(), moved.data());
@@ -62,7 +62,7 @@ double DriverLink::share_of_jump(const Eigen::VectorXd& from) const {
   return out;
 }
 
-/// They were reported near one other place for the silence.
+/// True if the objects were reported near one other place for `silence`.
 bool DriverLink::is_put_elsewhere() {
   if (elsewhere_.size() == 0 || share_of_jump(elsewhere_) > 1) elsewhere_time_ = measured_.object_time;
   elsewhere_ = measured_.q.head(model_.n_qu());

@@ -8,26 +8,26 @@
 
 namespace stiction::execution {
 
-/// A plant and what is believed of it: measurements that fit, a clock that goes on, objects that are seen and do not jump.
+/// Checks the measurements of a plant for plausibility: they must fit the model, the clock must go on, and objects must be seen and must not jump.
 class DriverLink {
  public:
-  /// @param tick     between two measurements [s]
-  /// @param silence  for so long the clock may stand still, or be behind or ahead between two commands [s]; objects that were not seen for longer are away
-  /// @param absence  for so long objects may be away [s]
+  /// @param tick     time between two measurements [s]
+  /// @param silence  longest time for which the clock may stand still, or be behind or ahead between two commands [s]; objects unseen for longer are away
+  /// @param absence  longest time for which objects may be away [s]
   DriverLink(Driver& plant, const world::Model& model, double tick, double silence, double absence)
       : plant_(plant), model_(model), space_(model), tick_(tick), silence_(silence), absence_(absence) {}
 
-  /// Takes the newest measurement; one that is older than what is known is left out, and so are poses that are older. Objects that are farther than their
-  /// length, or a quarter of a turn, from where they were last seen cannot be there within a tick: they stay where they were seen, until they were seen near
-  /// one other place for the silence. False: reason() says what is wrong.
+  /// Takes the newest measurement. Measurements and poses that are older than the known ones are ignored. Objects cannot move by more than their length, or a
+  /// quarter of a turn, within a tick. If they are reported so far away, they are believed to be where they were last seen, until they were seen near one other
+  /// place for `silence`. @returns false if a check failed; reason() says which
   bool read();
-  /// Objects were seen within the silence, where they can be.
+  /// True if the objects were seen within `silence`, at plausible places.
   bool sees_objects() const { return measured_.time - measured_.object_time <= silence_; }
-  /// Objects were put elsewhere since the last call, or were away.
+  /// True if objects were put elsewhere, or were away, since the last call.
   bool take_displaced() { return std::exchange(displaced_, false); }
-  /// Time passes without commands, as while the planner works: the clock of the plant may be any amount ahead at the next read().
+  /// Announces a time without commands, as while the planner works: the clock of the plant may be ahead by any amount at the next read().
   void pause() { paused_ = true; }
-  /// False: reason() says that it was not taken.
+  /// Sends a command (n_a) for one tick. @returns false if the plant did not take it; see reason()
   bool command(VectorRef u);
 
   const Measurement& measured() const { return measured_; }
@@ -46,12 +46,12 @@ class DriverLink {
   world::ObjectSpace space_;
   double tick_, silence_, absence_;
   Measurement measured_;
-  Eigen::VectorXd seen_;       ///< objects, where they were seen and can have been (n_qu); empty: not yet
-  Eigen::VectorXd elsewhere_;  ///< where they were reported since elsewhere_time_, and cannot have got to (n_qu); empty: they are believed
+  Eigen::VectorXd seen_;       ///< last plausible objects' configuration (n_qu); empty: not yet seen
+  Eigen::VectorXd elsewhere_;  ///< implausible place reported since elsewhere_time_ (n_qu); empty: the reports are plausible
   double seen_time_ = 0, elsewhere_time_ = 0, still_ = 0;
   bool displaced_ = false;
-  bool paused_ = false;  ///< since the last read()
-  double jump_ = 0;      ///< of the last measurement, in what is believed
+  bool paused_ = false;  ///< pause() was called since the last read()
+  double jump_ = 0;      ///< jump of the last measurement, as a multiple of the plausible motion
   std::string reason_;
 };
 

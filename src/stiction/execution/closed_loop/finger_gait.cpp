@@ -18,16 +18,16 @@ using Eigen::VectorXd;
 
 constexpr double kSpeed = 0.6;   ///< ω [rad/s]
 constexpr double kCycle = 0.3;   ///< c [rad]
-constexpr double kClose = 1;     ///< fingers come to the object in this [s] …
-constexpr double kSettle = 0.3;  ///< … and it follows a turn in this [s]
-/// A finger leaves the object, goes beside the place at which it first touched it, and comes back to that in these [s].
+constexpr double kClose = 1;     ///< time in which the fingers close on the object [s]
+constexpr double kSettle = 0.3;  ///< time in which the object follows a turn [s]
+/// Times in which a finger leaves the object, moves beside the place at which it first touched it, and comes back to this place [s].
 constexpr std::array<double, 3> kReturn{0.12, 0.15, 0.12};
-constexpr double kLift = 0.16;     ///< of L: how far it leaves the object
-constexpr double kDamping = 1e-3;  ///< of L²: of the joints that lift it
-constexpr double kGain = 0.5;      ///< turns that bring the object nearer by less than this share of what they turn gain nothing …
-constexpr int kIdle = 2;           ///< … and after so many of them it stalls
-constexpr double kReach = 0.5;     ///< of L: how far the place of the goal is at most
-constexpr std::size_t kLeast = 3;  ///< fingers
+constexpr double kLift = 0.16;     ///< distance by which a finger leaves the object, in L
+constexpr double kDamping = 1e-3;  ///< damping of the inverse kinematics that lifts a finger, in L²
+constexpr double kGain = 0.5;      ///< a turn gains too little if the object comes nearer by less than this share of the turn
+constexpr int kIdle = 2;           ///< the gait stalls after this many such turns in a row
+constexpr double kReach = 0.5;     ///< largest distance to the position of the goal, in L
+constexpr std::size_t kLeast = 3;  ///< least number of fingers
 
 }  // namespace
 
@@ -73,7 +73,7 @@ void FingerGait::set_reference(const world::Pose& X_WB) {
   q_ref_.segment<7>(at) << X_WB.p, Eigen::Quaterniond(X_WB.R).normalized().coeffs();
 }
 
-/// φ: of the twists that differ by whole turns the one nearest to the last.
+/// φ of the object: of the angles that differ by whole turns, the one nearest to the last twist.
 double FingerGait::calc_twist(VectorRef q) const {
   const Eigen::Quaterniond since(world::object_pose(*model_, q, goal_.object).R * from_.R.transpose());
   const double twist = 2 * std::atan2(since.vec().dot(axis_), since.w());
@@ -99,7 +99,7 @@ void FingerGait::turn() {
   if (done >= std::abs(turn_)) enter(Phase::Settle);
 }
 
-/// What the object has come to is held while fingers go back.
+/// Ends a turn: the reference takes the rotation that the object has reached, to hold it while fingers go back.
 void FingerGait::end_turn(VectorRef q) {
   const double share = planning::goal_error(*model_, q, goal_).share(goal_);
   idle_ = share < nearest_ - kGain * std::abs(turn_) / goal_.tol_angle ? 0 : idle_ + 1;
@@ -107,7 +107,7 @@ void FingerGait::end_turn(VectorRef q) {
   set_reference({world::object_pose(*model_, q, goal_.object).R, world::object_pose(*model_, q_ref_, goal_.object).p});
 }
 
-/// The change of the joints of a finger by which its last link leaves the object, along the normal where that is nearest.
+/// Change of a finger's joints by which its last link leaves the object along the contact normal.
 VectorXd FingerGait::calc_lift(VectorRef q, int finger) {
   const std::vector<int>& joints = chain(finger);
   const auto n = static_cast<Eigen::Index>(joints.size());
@@ -149,7 +149,7 @@ void FingerGait::move_finger(VectorXd& u) const {
   }
 }
 
-/// On to the next phase, where this one is over.
+/// Enters the next phase if the present one is over.
 void FingerGait::advance(VectorRef q, const VectorXd& u, double period) {
   const bool first = u_home_.size() == 0;
   if (phase_ == Phase::Close && time_ >= (first ? kClose : kSettle)) {

@@ -8,45 +8,46 @@
 
 namespace stiction::execution {
 
-/// Turns a free object to its goal in the hand that holds it: all fingers turn it by c, and then one after the other goes back to where it first touched the
-/// object, while the others hold it. The object follows by ActiveHold a reference on the straight way from its pose X_0 at the start to the goal,
+/// Turns a free object to its goal in the hand that holds it. All fingers turn the object by c. Then the fingers go back, one after the other, to where they
+/// first touched it, while the others hold. By ActiveHold the object follows a reference on the straight way from its pose X_0 at the start to the goal,
 ///
 ///   R* = exp(φ* e) R_0 ,   p* = p_0 + φ*/θ (p_G − p_0) ,   θ e = log(R_G R_0ᵀ) ,   φ* = φ + ω t ≤ φ + c                              (E.23)
 ///
-/// from the twist φ about e that the object has when a turn begins. ω = 0.6 rad/s, c = 0.3 rad. While fingers go back the reference is the rotation that the
-/// object then has. A turn to the goal goes beyond it by what the turns before came short of it.
+/// where φ is the twist of the object about e when a turn begins, ω = 0.6 rad/s and c = 0.3 rad. While fingers go back, the reference keeps the rotation that
+/// the object then has. A turn that should reach the goal goes beyond it by the sum of what earlier such turns fell short of it.
 ///
 /// Tests: tests/execution/finger_gait_test.cpp
 class FingerGait {
  public:
-  /// @param friction  multiplies every μ, > 0
+  /// @param friction  factor of every μ, > 0
   FingerGait(const std::shared_ptr<const world::Model>& model, const planning::Goal& goal, double friction);
 
-  /// Three fingers or more, a goal that is a pose and near in place, and an object that would roll away without them: with the fingers off it a regrasp
-  /// would call it unstable (planning::RegraspSimulation::is_stable).
+  /// True for a hand of three fingers or more, a goal that is a pose and near in position, and an object that would roll away if the fingers left it: a regrasp
+  /// would then call it unstable (planning::RegraspSimulation::is_stable).
   bool applies(VectorRef q);
 
-  /// From here to the goal; where the fingers first touched the object stays from one start to the next.
+  /// Starts from q. The places at which the fingers first touched the object are kept from one start to the next.
   void start(VectorRef q);
-  /// The next command. @param q  as measured (n_q)  @param u  command in force, replaced by the next (n_a)  @param period  until the next call [s], > 0
-  /// @returns that of ActiveHold: where it is not Solved, fingers that hold keep their commands
+  /// Computes the next command.
+  /// @param q  measured (n_q)  @param u  command in force (n_a), replaced by the next one  @param period  until the next call [s], > 0
+  /// @returns the status of ActiveHold; if it is not Solved, fingers that hold keep their commands
   core::Status update(VectorRef q, double period, Eigen::VectorXd& u);
 
-  /// All fingers have turned the object, and none has left it since.
+  /// True after all fingers turned the object and before a finger leaves it.
   bool has_turned() const;
-  /// The last two turns brought it nearer to the goal by less than half of what they turned.
+  /// True if each of the last two turns gained less than half of its angle towards the goal.
   bool stalls() const;
-  /// That goes back; −1: none.
+  /// The finger that goes back; −1: none.
   int finger() const { return finger_; }
-  /// Where the object is to be now (n_q).
+  /// Present reference of the object (n_q).
   const Eigen::VectorXd& reference() const { return q_ref_; }
 
  private:
   enum class Phase {
-    Close,   ///< fingers come to the object
-    Turn,    ///< all turn it
-    Settle,  ///< … and let it follow
-    Return   ///< one goes back
+    Close,   ///< fingers close on the object
+    Turn,    ///< all fingers turn it
+    Settle,  ///< fingers wait until the object has followed
+    Return   ///< one finger goes back
   };
   void enter(Phase phase) { phase_ = phase, time_ = 0; }
   void advance(VectorRef q, const Eigen::VectorXd& u, double period);
@@ -63,23 +64,23 @@ class FingerGait {
   std::shared_ptr<const world::Model> model_;
   planning::Goal goal_;
   ActiveHold hold_;
-  double length_;  ///< L of the object [m]
+  double length_;  ///< length L of the object [m]
 
   Phase phase_ = Phase::Close;
-  double time_ = 0;                        ///< in the phase [s]
-  int finger_ = -1;                        ///< that goes back
+  double time_ = 0;                        ///< time in the present phase [s]
+  int finger_ = -1;                        ///< the finger that goes back; −1: none
   Eigen::VectorXd q_ref_;                  ///< (n_q)
-  Eigen::VectorXd q_home_, u_home_;        ///< where the fingers first touched the object (n_q), (n_a)
-  std::vector<Eigen::VectorXd> stations_;  ///< of the finger that goes back: commands of its joints
+  Eigen::VectorXd q_home_, u_home_;        ///< state and commands when the fingers first touched the object (n_q), (n_a)
+  std::vector<Eigen::VectorXd> stations_;  ///< waypoints of the finger that goes back: commands of its joints
   world::Pose from_;                       ///< X_0
   Eigen::Vector3d axis_ = Eigen::Vector3d::UnitZ();
   double angle_ = 0;    ///< θ [rad]
   double twist_ = 0;    ///< φ [rad]
-  double turn_ = 0;     ///< by which the turn goes on [rad]
-  bool aimed_ = false;  ///< the last turn was to come to the goal
-  double short_ = 0;    ///< by how much such turns came short of it, in sum [rad]
-  double nearest_ = 0;  ///< at the start and after turns, the least [tolerances of the goal]
-  int idle_ = 0;        ///< turns that gained nothing, in a row
+  double turn_ = 0;     ///< angle of the present turn [rad]
+  bool aimed_ = false;  ///< the last turn should have reached the goal
+  double short_ = 0;    ///< sum of the angles by which such turns fell short of it [rad]
+  double nearest_ = 0;  ///< least distance from the goal at the start and after turns [tolerances of the goal]
+  int idle_ = 0;        ///< number of turns in a row that gained too little
 };
 
 }  // namespace stiction::execution

@@ -6,12 +6,12 @@
 namespace stiction::execution {
 namespace {
 
-/// An object may be as fast as it was planned to be at any time since so long ago [s].
+/// An object may be as fast as it was planned to be at any time within this time before now [s].
 constexpr double kTrail = 0.1;
 
 bool is_free(const world::Model& model, std::size_t object) { return model.scene().objects[object].joint == world::ObjectJoint::Free; }
 
-/// Of the centre of mass of a free object [m/s].
+/// Speed of the centre of mass of a free object [m/s].
 double speed_of(const world::Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& v, std::size_t i) {
   const world::ObjectInfo& object = model.objects()[i];
   const Eigen::Vector3d turn = v.segment<3>(object.v_begin + 3), lever = model.scene().objects[i].p_BCom;
@@ -22,7 +22,7 @@ double speed_of(const world::Model& model, const Eigen::VectorXd& q, const Eigen
 
 double Handling::slip_speed() const { return slip_speeds.empty() ? 0 : *std::max_element(slip_speeds.begin(), slip_speeds.end()); }
 
-/// The fastest that a free object was planned to be in the last moments [m/s].
+/// Largest planned speed of a free object in the last kTrail seconds [m/s].
 double HandlingWatch::planned_speed(const RunSample& sample) {
   double speed = 0;
   if (!planned_.empty() && sample.time > planned_.back().time) {

@@ -9,14 +9,14 @@
 
 namespace stiction::execution {
 
-/// How gently a run handled its free objects, as the simulation knows it.
+/// How gently a run handled its free objects, measured in the simulation.
 struct Handling {
-  std::optional<double> force;  ///< largest normal force of one pair on a free object, as a multiple of its weight; nothing: no such object
-  std::vector<double> slip_speeds;  ///< per piece [m/s]: how much faster than planned a free object was, until the next piece began
-  double slip_speed() const;        ///< the largest of them [m/s], 0 for none
+  std::optional<double> force;  ///< largest normal force of one pair on a free object, as a multiple of its weight; empty: no free object
+  std::vector<double> slip_speeds;  ///< per piece, until the next piece began: how much faster than planned a free object was [m/s]
+  double slip_speed() const;        ///< largest slip speed [m/s]; 0 if there is none
 };
 
-/// Looks at the simulation whenever the run looks at its objects.
+/// Measures Handling: looks at the simulation whenever the run looks at its objects.
 class HandlingWatch {
  public:
   explicit HandlingWatch(const SimulatedPlant& plant) : plant_(plant), model_(plant.world().plant().model()) {}
@@ -32,7 +32,7 @@ class HandlingWatch {
     double time, speed;
     Eigen::VectorXd q;
   };
-  std::deque<Planned> planned_;  ///< of the last moments: objects trail their plans
+  std::deque<Planned> planned_;  ///< planned states of the last kTrail seconds, because objects trail their plans
   std::vector<double> slip_speeds_;
 };
 

@@ -10,9 +10,9 @@
 namespace stiction::execution {
 namespace {
 
-/// Objects that moved by less than this over half a window rest [tolerances of the goal].
+/// Objects rest if they move by less than this from one half of a window to the other [tolerances of the goal].
 constexpr double kStill = 0.1;
-/// Windows that are looked back at most.
+/// Longest look-back, in windows.
 constexpr double kLongest = 8;
 
 double share_of(const planning::PathTolerances& most, const world::Model& model, int object, const Eigen::VectorXd& q0,
@@ -21,14 +21,14 @@ double share_of(const planning::PathTolerances& most, const world::Model& model,
   return std::max((X0.p - X1.p).norm() / most.position, Eigen::Quaterniond(X0.R).angularDistance(Eigen::Quaterniond(X1.R)) / most.angle);
 }
 
-/// The tolerances of the goal, and no less than what plans leave to objects that are let go.
+/// Tolerances of pushes: those of the goal, but no less than the tolerances that plans allow for objects that are let go.
 planning::PathTolerances tolerances_of_pushes(const world::Model& model, int object, const planning::Goal& goal) {
   const planning::PathTolerances of_goal = planning::path_tolerances(model, goal);
   return {std::max(of_goal.position, world::share::kRelease * model.scales().object(object).length),
           std::max(of_goal.angle, world::share::kReleaseAngle)};
 }
 
-/// Of the coordinates alone that the goal bounds.
+/// Distance between two configurations in the coordinates that the goal bounds [tolerances].
 double share_that_counts(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal) {
   planning::Goal there = goal;
   for (std::size_t o = 0; o < model.objects().size(); ++o) {
@@ -79,7 +79,7 @@ std::size_t ObjectWatch::begin_of(double window) const {
   return begin;
 }
 
-/// From the first half of a window to the second, of the object that moved most [tolerances]; infinite where it is not full.
+/// Motion of the object that moved most from the first half of a window to the second [tolerances]; infinite if the window is not full.
 double ObjectWatch::share_moved(double window) const {
   const std::size_t begin = begin_of(window);
   if (seen_.size() - begin < 2 || seen_.back().time - seen_[begin].time < window * (1 - 1e-9))
@@ -91,7 +91,7 @@ double ObjectWatch::share_moved(double window) const {
   return out;
 }
 
-/// The shortest window in which they rest [s]; 0: none.
+/// Shortest window in which the objects rest [s]; 0: none.
 double ObjectWatch::find_rest(double slow) const {
   const auto rests_over = [&](double window) { return share_moved(window) <= std::min(kStill * window / window_, slow * window / 2); };
   if (rests_over(least_)) return least_;

@@ -12,14 +12,14 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// The deepest overlap among the pairs that overlap by more than a share of what counts as contact.
+/// Finds the deepest overlap among the pairs that overlap by more than a share of the contact tolerance.
 class OverlapFinder {
  public:
   explicit OverlapFinder(const Model& model) : model_(model), work_(model), contact_work_(model) {}
 
   struct Overlap {
     int pair = -1;
-    double depth = 0;  ///< [m]
+    double depth = 0;  ///< depth of the overlap [m]
   };
   Overlap find(const Eigen::VectorXd& q, double share) {
     world::calc_kinematics(model_, q, work_, kinematics_);

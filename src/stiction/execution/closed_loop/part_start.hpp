@@ -6,18 +6,18 @@
 
 namespace stiction::execution {
 
-/// A start for a simulated world.
+/// Start for a simulated world, without deep overlaps.
 struct PartedStart {
-  Eigen::VectorXd q;   ///< in which nothing overlaps by more than share::kContact of its length
-  double overlap = 0;  ///< deepest overlap of the start that was given, where it was moved apart [m]; 0: it is as it was given
-  int pair = -1;       ///< that overlapped by so much
-  double moved = 0;    ///< by how much an object was moved, at most [m or rad]
+  Eigen::VectorXd q;   ///< configuration (n_q) in which nothing overlaps by more than share::kContact of its length
+  double overlap = 0;  ///< deepest overlap of the given start [m]; 0: the start is unchanged
+  int pair = -1;       ///< pair with the deepest overlap
+  double moved = 0;    ///< largest displacement of an object [m or rad]
 };
 
-/// Moves what overlaps at a start apart as the planner does, by steps of the exact dynamics with the joints held, until nothing overlaps by more
-/// than a tenth of what counts as contact. A plant that began in the overlap would throw things out of each other: its contacts are springs, and
-/// the overlap is energy. A start without overlap stays as it is, and one that does not come apart is as far apart as it came.
-/// @param q  configuration (n_q)  @param options  of the planner's steps
+/// Moves objects that overlap at a start apart, as the planner does: by exact steps with the joints held, until nothing overlaps by more than a tenth of the
+/// contact tolerance. Contacts of the simulation are springs, so an overlap stores energy and would throw objects apart. A start without overlap stays
+/// unchanged. If the objects cannot be separated, the result is the farthest separation that was reached.
+/// @param q  configuration (n_q)  @param options  options of the planner's steps
 /// Tests: tests/execution/part_start_test.cpp
 PartedStart part_start(const std::shared_ptr<const world::Model>& model, const Eigen::VectorXd& q, dynamics::StepOptions options);
 

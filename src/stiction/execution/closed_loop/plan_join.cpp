@@ -16,17 +16,17 @@ using planning::Plan;
 using planning::Segment;
 using planning::SegmentKind;
 
-/// A regrasp moves the joints that it commands farther than this [rad, or L of what slides].
+/// A regrasp moves a joint if it commands it farther than this [rad, or L of a joint that slides].
 constexpr double kMoves = 0.02;
 
-/// From where a plan can be gone on with.
+/// A place from which a plan can be continued.
 struct Place {
-  std::size_t segment, knot;  ///< the first of what is left
-  double off;                 ///< of the object [tolerances]
+  std::size_t segment, knot;  ///< first segment and knot of the rest of the plan
+  double off;                 ///< distance of the object from this place [tolerances]
   VectorXd q, u;
 };
 
-/// Of every segment the place that is nearest to q, the nearest of all first.
+/// Finds the place of each segment that is nearest to q, and sorts them by distance.
 std::vector<Place> find_places(const world::Model& model, const Plan& plan, VectorRef q, const JoinOptions& options) {
   std::vector<Place> out;
   VectorXd q_place = plan.q_start, u_place = plan.u_start;
@@ -38,7 +38,7 @@ std::vector<Place> find_places(const world::Model& model, const Plan& plan, Vect
       const VectorXd far = (q_place.tail(model.n_a()) - q.tail(model.n_a())).cwiseAbs().cwiseQuotient(model.scales().joints());
       if (off < nearest.off && off <= options.off && far.maxCoeff() <= options.joint_reach) nearest = {s, k, off, q_place, u_place};
       q_place = segment.knots[k].q, u_place = segment.knots[k].u;
-      if (segment.kind == SegmentKind::Regrasp) {  // from its start alone: fingers are on their way
+      if (segment.kind == SegmentKind::Regrasp) {  // a regrasp can only begin at its start: later its fingers are on their way
         q_place = segment.knots.back().q, u_place = segment.knots.back().u;
         break;
       }
@@ -49,7 +49,7 @@ std::vector<Place> find_places(const world::Model& model, const Plan& plan, Vect
   return out;
 }
 
-/// Simulates commands one after the other, within a number of steps.
+/// Simulates commands one after the other, within a limited number of steps.
 class Simulator {
  public:
   Simulator(const world::Model& model, const Plan& plan, dynamics::StepWorkspace& work, long max_steps)
@@ -63,7 +63,7 @@ class Simulator {
   void count(long steps) { steps_ += steps; }
   bool exhausted() const { return steps_ >= most_; }
 
-  /// @param parts  into which each command is cut
+  /// @param parts  number of parts into which each command is cut
   bool move(VectorXd& q, VectorXd& u, const VectorXd& u_end, std::vector<dynamics::Knot>& knots, int parts = 1) {
     const VectorXd u_begin = u;
     for (int k = 1; k <= parts; ++k) {
@@ -90,14 +90,14 @@ class Simulator {
   long steps_ = 0, most_;
 };
 
-/// Which joints a regrasp moves: 1 or 0 (n_a).
+/// The joints that a regrasp moves: 1 for these, else 0 (n_a).
 VectorXd find_moving(const world::Model& model, const Segment& segment, const VectorXd& u_before) {
   VectorXd range = VectorXd::Zero(model.n_a());
   for (const dynamics::Knot& knot : segment.knots) range = range.cwiseMax((knot.u - u_before).cwiseAbs());
   return (range.cwiseQuotient(model.scales().joints()).array() > kMoves).cast<double>();
 }
 
-/// The rest of the plan from a place, tracked. False: something of it cannot be simulated.
+/// Simulates the rest of the plan from a place, with tracking. @returns false if a part of it cannot be simulated
 bool go_on(const world::Model& model, Simulator& simulator, PoseTracker& tracker, const Plan& plan, const Place& from, double enough,
            VectorXd& q, VectorXd& u, Plan& out) {
   VectorXd u_before = from.u;
@@ -113,7 +113,7 @@ bool go_on(const world::Model& model, Simulator& simulator, PoseTracker& tracker
       if (regrasps) {
         tracker.fade(moving, 1.0 / static_cast<double>(segment.knots.size() - k));
       } else {
-        (void)tracker.update(q, knot.q, knot.u);  // where it finds nothing the commands are those before
+        (void)tracker.update(q, knot.q, knot.u);  // a failed update keeps the correction before
         simulator.count(PoseTracker::kSteps);
       }
       if (!simulator.move(q, u, knot.u + tracker.delta(), tracked.knots)) return false;
@@ -124,7 +124,7 @@ bool go_on(const world::Model& model, Simulator& simulator, PoseTracker& tracker
   return true;
 }
 
-/// The commands of a plan in half steps. @returns how far its end is from the goal [tolerances]
+/// Simulates the commands of a plan in half steps. @returns distance of its end from the goal [tolerances]
 double share_in_halves(Simulator& simulator, const Plan& plan) {
   VectorXd q = plan.q_start, u = plan.u_start;
   std::vector<dynamics::Knot> knots;

@@ -32,7 +32,7 @@ std::optional<Trajectory> PlanMaker::make(std::string& cause, bool counts) {
   return std::nullopt;
 }
 
-/// Every plan after the first one of a goal counts, whatever calls for it.
+/// Counts a plan after the first one of a goal, whatever its cause. @returns false if there were too many
 bool PlanMaker::count() {
   int& replans = out_.goals.back().replans;
   if (replans == how_.replans) return robot_.end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", replans));
@@ -40,7 +40,7 @@ bool PlanMaker::count() {
   return true;
 }
 
-/// False: no plan is needed any more.
+/// Prepares the robot for the request. @returns false if no plan is needed any more
 bool PlanMaker::prepare(Preparation preparation) {
   switch (preparation) {
     case Preparation::None:
@@ -53,7 +53,7 @@ bool PlanMaker::prepare(Preparation preparation) {
   return true;
 }
 
-/// False: the run is over.
+/// Asks the planner. @returns false if the run is over
 bool PlanMaker::ask(const PlanRequest& request, Answer& answer) {
   robot_.enter(RunState::Replan);
   constexpr double kUnlimited = std::numeric_limits<double>::infinity();
@@ -76,7 +76,7 @@ bool PlanMaker::ask(const PlanRequest& request, Answer& answer) {
   return true;
 }
 
-/// A plant that waits for its commands: the planner works, and then the clock goes on by what that took.
+/// For a plant that waits for its commands: the planner works first, and then the clock goes on by the time that is charged for it.
 template <class Work>
 bool PlanMaker::think_first(const Work& work, const Answer& answer) {
   const double begin = robot_.now();
@@ -91,13 +91,13 @@ bool PlanMaker::think_first(const Work& work, const Answer& answer) {
   return true;
 }
 
-/// A plant with a clock of its own: it is commanded while the planner works on another thread.
+/// For a plant with its own clock: the run commands it while the planner works on another thread.
 template <class Work>
 bool PlanMaker::think_beside(const Work& work) {
   std::atomic<bool> done{false}, unwanted{false};
   std::exception_ptr error;
   core::RunControl control = control_;
-  control.on_progress = nullptr;  // the thread of the run tells of it
+  control.on_progress = nullptr;  // only the thread of the run reports progress
   control.abandoned = [&unwanted] { return unwanted.load(std::memory_order_relaxed); };
   std::jthread planner([&] {
     try {

@@ -9,19 +9,18 @@
 
 namespace stiction::execution {
 
-/// How a run comes to its plans: what the planner is asked (PlanRequest), what the robot does meanwhile, and what comes of the answers.
+/// Gets the plans of a run: chooses the requests (PlanRequest), commands the robot meanwhile, and handles refusals.
 class PlanMaker {
  public:
-  /// @param real_time  the clock of the plant goes on by itself
+  /// @param real_time  true: the clock of the plant goes on by itself
   PlanMaker(CommandedRobot& robot, PlanSource& source, const world::Model& model, const RunOptions& how, bool real_time,
             const core::RunControl& control, RunResult& out)
       : robot_(robot), source_(source), model_(model), how_(how), real_time_(real_time), control_(control), out_(out) {}
 
-  /// A plan from what is measured; where none is found the run is over.
-  /// @param cause    why one is needed
-  /// @param counts   it is not the first one of the goal: too many of them end the run
-  /// @returns nothing: the run is over, or the object is no more where the plan begins, or came to its goal as the robot made ready; `cause` then says
-  ///          for what the next plan is
+  /// Returns a timed plan from the measured state. If none is found, the run ends.
+  /// @param cause    why a plan is needed; replaced by the cause of the next plan if nothing is returned
+  /// @param counts   true: this is not the first plan of the goal and counts towards RunOptions::replans
+  /// @returns nothing if the run is over, if the object has left the start of the plan, or if it came to its goal while the robot prepared
   std::optional<Trajectory> make(std::string& cause, bool counts);
 
  private:

@@ -4,28 +4,29 @@
 
 namespace stiction::execution {
 
-/// What the robot does before the planner is asked.
+/// Action of the robot before the planner is asked.
 enum class Preparation {
   None,
-  StepBack,  ///< it leaves objects that stand by themselves: what it wedges, or what leans on it, makes a bad start
-  LetGo      ///< its springs are let go
+  StepBack,  ///< leave objects that stand by themselves: an object that the robot wedges, or that leans on it, makes a bad start
+  LetGo      ///< relax the springs of the robot
 };
 
-/// One of the questions by which a run comes to a plan from where things are: with the friction of plans (RunOptions::friction) or that of the scene.
+/// Request of a run for a plan from the measured state, with the friction of plans (RunOptions::friction) or that of the scene.
 struct PlanRequest {
-  std::string cause;  ///< why it is asked
+  std::string cause;  ///< why a plan is needed
   Preparation preparation = Preparation::None;
   bool with_scene_friction = false;
-  bool is_short = false;  ///< the search ends soon (PlanSource)
+  bool is_short = false;  ///< the search has a short limit (Question::is_short)
 };
 
-/// The first question: from here, with the friction of plans. A robot that can step back asks for a short search alone.
+/// First request: from the measured state, with the friction of plans. If the robot can step back, the search is short.
 PlanRequest first_request(std::string cause, bool can_step_back);
 
-/// The question after a refusal. A robot that can step back does so after the short search. Then the friction is that of the scene, since a place may be left by no
-/// push that holds with less: at once where the object slipped at the start with the friction of plans, else from where the springs were let go. From then on the
-/// robot steps back every time, and where it cannot, as with an object in its fingers, the springs are let go.
-/// @param slipped  the object did not rest at the start with the friction of plans, and rests with more
+/// Request after a refused one. If the robot can step back, it does so after the short search. Later requests use the friction of the scene, because no push
+/// with less friction may lead out of some states. If the object slipped at the start with the friction of plans, the next request does so at once, otherwise
+/// the springs are relaxed first. From then on the robot steps back before every request. A robot that cannot step back, for instance with an object in its
+/// fingers, relaxes its springs.
+/// @param slipped  the object did not rest at the start with the friction of plans, but does with more friction
 /// Tests: tests/execution/plan_request_test.cpp
 PlanRequest next_request(const PlanRequest& refused, bool slipped, bool can_step_back);
 

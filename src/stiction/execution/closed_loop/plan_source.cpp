@@ -15,13 +15,13 @@ using planning::SegmentKind;
 
 /// Keeps the seeds of later plans apart from the draws of the search.
 constexpr std::uint64_t kPlanSeed = 0x9e7a1a11;
-/// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
+/// A plan that ends short of the goal is carried out if it leaves at most this share of the distance.
 constexpr double kGain = 0.8;
-/// A plan is gone on with so often although the object came no nearer to the goal by kNearer tolerances: then something keeps it from being carried out.
+/// A plan is continued at most this often without the object coming nearer to the goal by kNearer tolerances: otherwise something blocks it.
 constexpr int kJoinsInVain = 2;
 constexpr double kNearer = 1;
 
-/// A short search has at least so many extensions.
+/// Least number of extensions in a short search.
 constexpr long kLeastSearch = 200;
 
 bool moves(const planning::Plan& plan) {
@@ -60,7 +60,7 @@ double PlanSource::share(const Eigen::VectorXd& q) const {
   return planning::goal_error(*problem_.model, q, problem_.goal).share(problem_.goal);
 }
 
-/// Whether a plan that was searched is worth carrying out: one to the goal is, and after a whole search one that comes nearer.
+/// Keeps the plan of a search if it is worth carrying out: it reaches the goal or, after a search that was not short, comes nearer to it.
 void PlanSource::judge(const Question& from, Answer& out) {
   const planning::Plan& plan = out.result.plan;
   const bool gains = !from.is_short && plan.error.share(problem_.goal) <= kGain * share(from.q);
@@ -83,13 +83,13 @@ Trajectory PlanSource::take(const planning::Plan& plan) {
   return out;
 }
 
-/// What a new plan from q would take, from those before: to be found, and to be carried out in proportion to the way [s].
+/// Expected time of a new plan from q, from earlier plans [s]: for the search, and for the execution in proportion to the distance.
 double PlanSource::expected_time(const Eigen::VectorXd& q) const {
   if (searches_ == 0 || shares_ <= 0) return std::numeric_limits<double>::infinity();
   return thought_ / static_cast<double>(searches_) + share(q) * durations_ / shares_;
 }
 
-/// Since the plan was gone on with, or often enough lately.
+/// True if the object came nearer to the goal since the plan was last continued, or if the plan was not yet continued in vain too often.
 bool PlanSource::came_nearer(const Eigen::VectorXd& q) {
   const double here = share(q);
   const bool nearer = here < nearest_ - kNearer;
@@ -98,7 +98,7 @@ bool PlanSource::came_nearer(const Eigen::VectorXd& q) {
   return in_vain_ <= kJoinsInVain;
 }
 
-/// The plan that one has, from q. False: it does not lead to the goal, or takes longer than a new one would.
+/// Continues the current plan. @returns false if it does not lead to the goal, or takes longer than a new plan is expected to
 bool PlanSource::join(const Question& from, Answer& out) {
   if (!how_.join || !last_) return false;
   if (last_->step.friction_scale != options_.step_options(*problem_.model).friction_scale * from.friction) return false;

@@ -8,44 +8,44 @@
 
 namespace stiction::execution {
 
-/// From where a plan is wanted, and how.
+/// Request for a plan from one state.
 struct Question {
-  Eigen::VectorXd q{}, u{};  ///< the state and the commands in force (n_q), (n_a)
-  std::size_t number = 0;    ///< of plans that were asked for before: later seeds follow from it
-  double friction = 1;       ///< every μ of the plan times this; a plan that one has is gone on with where it has this friction
-  bool is_short = false;     ///< the search ends after twice as many extensions as the one before took
-  double time_left =
-      std::numeric_limits<double>::infinity();  ///< of a run whose clock waits for the planner: what takes longer is of no use [s]
+  Eigen::VectorXd q{}, u{};  ///< state (n_q) and commands in force (n_a)
+  std::size_t number = 0;    ///< number of plans requested before; the seeds of later plans follow from it
+  double friction = 1;       ///< factor of every μ in the plan; the current plan is only continued if it has the same factor
+  bool is_short = false;     ///< end the search after twice as many extensions as the last successful one took
+  /// Time left in a run whose clock waits for the planner; a plan that takes longer is of no use [s].
+  double time_left = std::numeric_limits<double>::infinity();
 };
 
-/// What the planner gave for one state, and what that took.
+/// Answer to a Question, and its cost.
 struct Answer {
   planning::PlanResult result;
-  std::optional<Trajectory> trajectory;  ///< of its plan, where it is worth carrying out
-  double processor_s = 0;                ///< of all cores of the process
-  bool joined = false;                   ///< the plan before goes on, and nothing was searched
-  bool slips = false;                    ///< the object does not rest at the start with the friction of the plan, and nothing was searched
-  long join_steps = 0;                   ///< that trying to go on took
-  bool late = false;                     ///< things are no more where the plan begins
-  double charge_s = 0;                   ///< for which the clock of the plant goes on meanwhile
+  std::optional<Trajectory> trajectory;  ///< timed plan, if it is worth carrying out
+  double processor_s = 0;                ///< processor time of all cores of the process
+  bool joined = false;                   ///< the current plan goes on, without a search
+  bool slips = false;                    ///< no search: the object does not rest at the start with the friction of the plan
+  long join_steps = 0;                   ///< steps spent on trying to go on with the current plan
+  bool late = false;                     ///< the measured state has left the start of the plan meanwhile
+  double charge_s = 0;                   ///< time for which the clock of the plant goes on meanwhile [s]
 };
 
-/// Asks the planner on the way of a run. It knows the plant by what was measured alone, so that it may work beside the loop that commands the plant.
+/// Gets plans during a run. It uses nothing of the plant but the measured state, so it can work beside the loop that commands the plant.
 class PlanSource {
  public:
   PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
              const RunSpeeds& speed);
 
-  /// @param control  of the run; a plan has the budget of the RunOptions besides
+  /// @param control  control of the run; each plan also has the budget of the RunOptions
   Answer ask(const Question& question, const core::RunControl& control);
-  int found() const { return found_; }  ///< plans that were found by a search
+  int found() const { return found_; }  ///< number of plans found by a search
 
-  /// The problem has another goal: the plan that one has does not lead there.
+  /// Discards the current plan, because the problem has another goal.
   void forget_plan();
 
-  /// The timing of a plan, which is kept to be gone on with.
+  /// Times a plan and keeps it as the current plan, to be continued later.
   Trajectory take(const planning::Plan& plan);
-  /// A share of the tolerances at which a plan counts as at the goal.
+  /// Share of the goal's tolerances within which a plan counts as reaching the goal.
   double fraction() const { return options_.tolerance_fraction; }
 
  private:
@@ -61,14 +61,14 @@ class PlanSource {
   const RunOptions& how_;
   const RunSpeeds& speed_;
   DragFeedforward lead_;
-  std::optional<planning::Plan> last_;  ///< that is carried out
-  double durations_ = 0, shares_ = 0;   ///< of plans that were found: sums of their durations [s] and of their ways [tolerances]
-  double thought_ = 0;                  ///< what searches took of the clock [s]
+  std::optional<planning::Plan> last_;  ///< current plan, which is being carried out
+  double durations_ = 0, shares_ = 0;   ///< sums over the found plans: duration [s] and distance to the goal [tolerances]
+  double thought_ = 0;                  ///< sum of the times charged for searches [s]
   int searches_ = 0, found_ = 0;
-  long usual_ = 0;  ///< extensions of the last search that found a plan
-  double nearest_ =
-      std::numeric_limits<double>::infinity();  ///< to the goal, of the states from which the plan was gone on with [tolerances]
-  int in_vain_ = 0;                             ///< how often it was since then
+  long usual_ = 0;  ///< number of extensions of the last successful search
+  /// Least distance from the goal of the states from which the plan was continued [tolerances].
+  double nearest_ = std::numeric_limits<double>::infinity();
+  int in_vain_ = 0;  ///< how often the plan was continued since then
 };
 
 }  // namespace stiction::execution

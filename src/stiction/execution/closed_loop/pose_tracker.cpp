@@ -13,7 +13,7 @@ using Eigen::VectorXd;
 
 constexpr double kBeside = 5;    ///< w_u
 constexpr double kChange = 20;   ///< w_du
-constexpr double kReach = 0.15;  ///< of δ, in d
+constexpr double kReach = 0.15;  ///< largest δ, in d
 
 }  // namespace
 

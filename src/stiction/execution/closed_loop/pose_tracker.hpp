@@ -8,31 +8,31 @@
 
 namespace stiction::execution {
 
-/// Commands beside those of a plan, by which an object comes back to its planned path:
+/// Corrects the commands of a plan by δ so that an object comes back to its planned path:
 ///
 ///   min_dδ  ‖W (q_plan ⊖ q⁺)‖² + w_u ‖(δ + dδ)/d‖² + w_du ‖dδ/d‖²   s.t.  |δ + dδ| ≤ 0.15 d , u within the joint limits          (E.22)
 ///
-/// with q⁺ the exact step at u_plan + δ, linear in dδ by B of the smoothed step; W = 1/tolerance of the goal, d = 1 rad, or L of what slides.
+/// q⁺ is the exact step at u_plan + δ, linear in dδ with B of the smoothed step; W = 1/tolerance of the goal; d = 1 rad, or L for a joint that slides.
 class PoseTracker {
  public:
-  /// @param options  of the exact steps
+  /// @param options  options of the exact steps
   PoseTracker(const std::shared_ptr<const world::Model>& model, const planning::Goal& goal, const dynamics::StepOptions& options);
 
   void reset() { delta_.setZero(); }
   const Eigen::VectorXd& delta() const { return delta_; }  ///< δ (n_a)
-  /// Of joints that a regrasp moves (n_a, 1 or 0), a share of δ goes.
+  /// Reduces δ by `share` for the joints that a regrasp moves. @param moving  1 for these joints, else 0 (n_a)
   void fade(const Eigen::VectorXd& moving, double share) { delta_.array() *= 1 - share * moving.array(); }
-  /// δ for the next command of the plan. @param q  the state  @param q_plan  where the plan is after the command  @param u_plan  the command
-  /// @returns Solved; else δ stays
+  /// Computes δ for the next command of the plan. @param q  state  @param q_plan  planned state after the command  @param u_plan  planned command
+  /// @returns Solved; any other status leaves δ unchanged
   core::Status update(const Eigen::VectorXd& q, const Eigen::VectorXd& q_plan, const Eigen::VectorXd& u_plan);
-  static constexpr long kSteps = 2;  ///< that an update computes
+  static constexpr long kSteps = 2;  ///< number of steps computed by an update
 
  private:
   std::shared_ptr<const world::Model> model_;
   dynamics::StepOptions exact_, smoothed_;
   dynamics::StepWorkspace exact_work_, smoothed_work_;
   dynamics::StepResult next_, slope_;
-  Eigen::VectorXd weight_;  ///< 1/tolerance, 0 of other objects (n_vu)
+  Eigen::VectorXd weight_;  ///< 1/tolerance, 0 for other objects (n_vu)
   Eigen::VectorXd delta_, error_, gradient_;
   control::BoundedQp qp_;
   control::BoundedQpWorkspace qp_work_;

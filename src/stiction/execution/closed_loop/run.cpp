@@ -18,13 +18,13 @@ using core::Status;
 using planning::SegmentKind;
 using world::Model;
 
-/// The fingers of a hand have turned an object far enough [tolerances of the goal].
+/// Fingers stop turning an object that is within this distance of the goal [tolerances of the goal].
 constexpr double kThereInHand = 0.85;
-/// A plan does not go on while a joint is off by more than this [rad, or L of a joint that slides].
+/// The plan waits while a joint is off its path by more than this [rad, or L of a joint that slides].
 constexpr double kStray = 0.3;
-/// A robot that does not catch up with its plan within this time is held up by something [s].
+/// A robot that does not catch up with its plan within this time is blocked [s].
 constexpr double kLongestWait = 2;
-/// Of objects that rest on what stops them, those lag behind their plan for some follow times.
+/// Objects on joints lag behind their plan by at most this many follow times T_f (E.16).
 constexpr double kFollowTimes = 2;
 
 class Executor {
@@ -46,7 +46,7 @@ class Executor {
   }
 
  private:
-  /// Until the last goal holds, or the run is over.
+  /// Brings the object to all goals, until the last goal holds or the run is over.
   void bring_to_goals(const planning::Plan* first) {
     std::string cause = "start";
     std::optional<Trajectory> trajectory;
@@ -61,7 +61,7 @@ class Executor {
           if (!robot_.next_goal()) return;
           cause = "the next goal";
           trajectory.reset();
-          had_plan = asked_ = false;  // what was learnt of the plant stays
+          had_plan = asked_ = false;  // the plan source keeps what it learnt about the plant
           gait_.reset();
           source_.forget_plan();
           continue;
@@ -81,7 +81,7 @@ class Executor {
 
   // ---- fingers one by one
 
-  /// Decided where this is first asked: what fingers have hold of does not roll away.
+  /// True if the fingers can turn the object in the hand. Decided at the first call, since an object that fingers already hold would not roll away.
   bool turns_in_hand() {
     if (std::exchange(asked_, true) || !how_.finger_gait) return gait_.has_value();
     gait_.emplace(problem_.model, problem_.goal, how_.friction);
@@ -93,7 +93,7 @@ class Executor {
     return gait_.has_value();
   }
 
-  /// The fingers turn the object to its goal. @returns why that ended, for the next plan
+  /// Turns the object to its goal with the fingers. @returns why this ended, as the cause of the next plan
   std::string turn_in_hand() {
     gait_->start(robot_.rest());
     robot_.begin_motion({});
@@ -102,7 +102,7 @@ class Executor {
     int finger = -1;
     while (!gait_->has_turned() || robot_.goal_share(robot_.q()) > kThereInHand) {
       const Eigen::VectorXd u = turning_.next(robot_.now(), robot_.u(), [&](double period, Eigen::VectorXd& wanted) {
-        (void)gait_->update(robot_.q(), period, wanted);  // where it finds nothing the fingers that hold stay
+        (void)gait_->update(robot_.q(), period, wanted);  // after a failed update the fingers that hold keep their commands
         if (gait_->finger() == finger) return;
         finger = gait_->finger();
         end_piece(share_off(gait_->reference()));
@@ -135,13 +135,13 @@ class Executor {
 
   double share_off(const Eigen::VectorXd& q_plan) const { return execution::share_off(model_, q_plan, robot_.q(), problem_.goal); }
 
-  /// @returns why it ended, for the next plan
+  /// Carries out a plan. @returns why this ended, as the cause of the next plan
   std::string carry_out(const Trajectory& trajectory) {
     robot_.begin_motion(trajectory.q);
-    robot_.pause();  // the trajectory took its time
+    robot_.pause();  // computing the trajectory took time
     robot_.enter(RunState::Push);
     if (!robot_.move_to(trajectory.u.col(0))) return {};
-    double zero = robot_.now();  // of the trajectory
+    double zero = robot_.now();  // time of the run at which the trajectory begins
     for (const Piece& piece : trajectory.pieces) {
       begin_piece(piece.kind);
       const bool held = follow(trajectory, piece, zero) && arrive(trajectory, piece, zero);
@@ -158,7 +158,7 @@ class Executor {
 
   static bool is_last(const Trajectory& trajectory, const Piece& piece) { return &piece == &trajectory.pieces.back(); }
 
-  /// A piece in time, watched. @param zero  time of the run at which the trajectory began; later by what was waited
+  /// Follows a piece of the plan and watches the object. @param zero  time of the run at which the trajectory began, plus the time waited
   bool follow(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
     const double looked_back = how_.settle_time + kFollowTimes * robot_.follow_time();
@@ -180,13 +180,13 @@ class Executor {
     return true;
   }
 
-  /// Of a tick the plan waits for a robot whose joints are not where it has them, and for all of it where they are off by twice as much [s].                (E.25)
+  /// Time of a tick for which the plan waits for a robot whose joints are off their path: 0 up to kStray, the whole tick from 2 kStray on [s].        (E.25)
   double wait_for_robot(const Eigen::VectorXd& q_plan) const {
     const Eigen::VectorXd off = (robot_.q() - q_plan).tail(model_.n_a()).cwiseAbs().cwiseQuotient(model_.scales().joints());
     return how_.tick * std::clamp(off.maxCoeff() / kStray - 1, 0.0, 1.0);
   }
 
-  /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
+  /// Waits until the object is at the end of the piece, at once or after it rests. The rest of the trajectory is delayed by this time.
   bool arrive(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const Eigen::VectorXd q_end = trajectory.q.col(piece.last_knot);
     const auto off = [&](const Eigen::VectorXd& q) {
@@ -196,7 +196,7 @@ class Executor {
     const double begin = robot_.now();
     const Eigen::VectorXd u_end = robot_.u();
     if (!robot_.settle([&] { return robot_.has_touched() || off(robot_.q()) <= kThere; })) return false;
-    if (robot_.caught() && !robot_.move_to(u_end)) return false;  // fingers are elsewhere
+    if (robot_.caught() && !robot_.move_to(u_end)) return false;  // catching moved the fingers
     zero += robot_.now() - begin;
     return off(robot_.rest()) <= how_.off_at_the_end;
   }
@@ -205,14 +205,14 @@ class Executor {
   const RunOptions& how_;
   RunResult& out_;
   CommandedRobot robot_;
-  const planning::PlanningProblem& problem_;  ///< with the goal that counts
+  const planning::PlanningProblem& problem_;  ///< problem with the current goal
   PlanSource source_;
   PlanMaker maker_;
   std::optional<FingerGait> gait_;
   ChosenCommands turning_;
-  bool asked_ = false;  ///< whether fingers turn the object
-  double off_ = 0;      ///< of the last look, in tolerances
-  double waited_ = 0;   ///< for the robot, in the piece under way [s]
+  bool asked_ = false;  ///< turns_in_hand() was decided
+  double off_ = 0;      ///< distance from the path at the last look [tolerances]
+  double waited_ = 0;   ///< time waited for the robot in the present piece [s]
 };
 
 }  // namespace

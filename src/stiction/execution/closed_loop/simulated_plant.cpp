@@ -86,7 +86,7 @@ void SimulatedPlant::raise_press() {
   }
 }
 
-/// Within a period each force acts with the share of it in which its push lasts, so that the momentum that it gives is exact.
+/// Scales each force by the share of the period in which its push lasts, so that its impulse is exact.
 void SimulatedPlant::apply_pushes(double period) {
   acting_.clear();
   const double now = plant_.time();
@@ -103,7 +103,7 @@ void SimulatedPlant::apply_pushes(double period) {
 }
 
 void SimulatedPlant::hold_push(const simulation::Push& push) {
-  plant_.set_pushes({&push, 1});  // which refuses what is none
+  plant_.set_pushes({&push, 1});  // throws if the push is invalid
   held_ = push;
 }
 

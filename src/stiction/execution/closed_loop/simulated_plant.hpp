@@ -11,46 +11,46 @@
 
 namespace stiction::execution {
 
-/// A force on an object for a while. Those that act at the same time add up.
+/// A force on an object for a limited time. Forces that act at the same time add up.
 struct OutsidePush {
   int object = 0;
-  double begin = 0, duration = 0;                     ///< [s] ≥ 0
-  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< at the centre of mass [N]
+  double begin = 0, duration = 0;                     ///< begin and duration [s], ≥ 0
+  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< force at the centre of mass [N]
 };
 
-/// In what the simulated world differs from what is known of it.
+/// Differences between the simulated world and the model of the planner.
 struct WorldOptions {
-  double friction = 1;     ///< every μ times this, ≥ 0
-  double mass = 1;         ///< mass and inertia of every object times this, > 0
+  double friction = 1;     ///< factor of every μ, ≥ 0
+  double mass = 1;         ///< factor of the mass and inertia of every object, > 0
   double pose_noise = 0;   ///< standard deviation of each coordinate of a measured object position [m], ≥ 0
-  double angle_noise = 0;  ///< … and of a rotation about each axis [rad], ≥ 0
-  double pose_delay = 0;   ///< objects are seen where they were this long ago [s], ≥ 0
-  std::uint64_t seed = 0;  ///< of the noise
+  double angle_noise = 0;  ///< standard deviation of the measured rotation about each axis [rad], ≥ 0
+  double pose_delay = 0;   ///< delay of the measured object poses [s], ≥ 0
+  std::uint64_t seed = 0;  ///< seed of the noise
   std::vector<OutsidePush> pushes{};
   void validate(const world::Model& model) const;  ///< @throws core::InvalidInput naming the field
 };
 
-/// A simulated world in which motors saturate, joints are told the speed of their commands and objects on joints come to rest.
+/// Makes a simulated world in which motors saturate, joint springs are damped against the speed of their commands, and objects on joints come to rest.
 std::shared_ptr<const simulation::Plant> make_world(const std::shared_ptr<const world::Model>& model, const WorldOptions& options);
 
-/// MuJoCo behind the interface of a driver.
+/// MuJoCo simulation behind the Driver interface.
 class SimulatedPlant final : public Driver {
  public:
-  /// At rest in q (n_q), joints commanded where they are. @throws core::InvalidInput
+  /// Starts at rest in q (n_q), with the joints commanded to their positions. @throws core::InvalidInput
   SimulatedPlant(const std::shared_ptr<const world::Model>& model, VectorRef q, const WorldOptions& options = {});
 
   bool read(Measurement& out) override;
   bool command(VectorRef u, double period) override;
   std::string message() const override { return plant_.message(); }
 
-  /// A force that acts from now on beside the pushes of the options, in place of the one before; body −1 or a force of zero ends it. Whoever commands the plant
-  /// may call it between two commands, as a hand at the object does that nobody knew of before. @throws core::InvalidInput: no body, not finite
+  /// Sets a force that acts from now on, in addition to the pushes of the options, and replaces the one set before. Body −1 or a zero force ends it. It may be
+  /// called between two commands, to simulate an unexpected hand at the object. @throws core::InvalidInput: no such body, force not finite
   void hold_push(const simulation::Push& push);
 
-  const simulation::SteppedPlant& world() const { return plant_; }  ///< as it is, without noise and delay
-  /// Of all pairs the largest normal force on a free object so far, at the ends of periods, as a multiple of its weight; nothing without such an object.
+  const simulation::SteppedPlant& world() const { return plant_; }  ///< true state, without noise and delay
+  /// Largest normal force of any pair on a free object so far, at the ends of periods, as a multiple of its weight; empty without a free object.
   std::optional<double> largest_press() const { return press_; }
-  Eigen::VectorXd take_torques() { return plant_.take_torques(); }  ///< of SteppedPlant
+  Eigen::VectorXd take_torques() { return plant_.take_torques(); }  ///< see SteppedPlant::take_torques
 
  private:
   void apply_pushes(double period);
@@ -63,11 +63,11 @@ class SimulatedPlant final : public Driver {
     double time;
     Eigen::VectorXd q;
   };
-  std::deque<Seen> past_;  ///< as far back as the delay
+  std::deque<Seen> past_;  ///< past states, as far back as the delay
   simulation::Push held_;
   std::vector<simulation::Push> acting_;
   core::Random random_;
-  Eigen::VectorXd weight_;  ///< per geometry: of its free object [N], infinite for others
+  Eigen::VectorXd weight_;  ///< per geometry: weight of its free object [N], infinite for other geometries
   std::optional<double> press_;
 };
 

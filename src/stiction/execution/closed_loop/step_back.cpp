@@ -10,10 +10,10 @@
 namespace stiction::execution {
 namespace {
 
-/// So far that an object which leaned on the robot does not touch it when it stands again [L of the smallest object].
+/// Distance of the step back: an object that leaned on the robot does not touch the robot when it stands again [L of the smallest object].
 constexpr double kApart = 0.1;
 
-/// Per object: a hinge or a slide keeps it where the robot leaves it, and so does a plane in which gravity does not move it. It may swing back, but it does not fall.
+/// True per object that a hinge or slide, or a plane without gravity in it, keeps where the robot leaves it. It may swing back, but it does not fall.
 std::vector<char> find_kept(const world::Model& model, const world::Kinematics& kinematics) {
   Eigen::VectorXd gravity(model.n_vu());
   world::calc_gravity(model, kinematics, gravity);
@@ -36,7 +36,7 @@ std::vector<Eigen::VectorXd> find_step_back(const world::Model& model, Eigen::Ve
   std::vector<char> touched(model.objects().size(), 0), stands = find_kept(model, work.kinematics);
   world::ChainMask moving = 0;
   for (const auto& c : work.contacts) {
-    if (c.phi > 2 * model.scales().contact_tolerance(c.pair)) continue;  // what leans also trembles
+    if (c.phi > 2 * model.scales().contact_tolerance(c.pair)) continue;  // twice the tolerance, because an object that leans trembles
     if (const int object = world::object_on_ground(model, c.pair); object >= 0) stands[static_cast<std::size_t>(object)] = 1;
     if (!chains.touches_object(c.pair)) continue;
     moving |= chains.mask_of_pair(c.pair);

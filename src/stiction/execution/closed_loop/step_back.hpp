@@ -7,10 +7,10 @@
 
 namespace stiction::execution {
 
-/// The way of the robots off everything, where each object that they touch stands on something that does not move, or is kept by its joint or its plane: an object
-/// that leans on a finger, and has no rest that a plan could begin at, then falls back onto what it stands on, and one that a finger wedges is free again.
+/// Finds a motion of the robots off all objects that they touch, provided each of these objects stands on a fixed body or is kept by its joint or its plane.
+/// An object that leans on a finger has no state of rest at which a plan could begin: it then falls back onto its support. A wedged object is freed.
 /// @param q  measured configuration (n_q)
-/// @returns postures (n_a each) [rad, m]; none where an object would be dropped, nothing is touched, or joint limits leave no way
+/// @returns postures (n_a each) [rad, m]; empty if an object would be dropped, nothing is touched, or joint limits block every way
 /// Tests: tests/execution/step_back_test.cpp
 std::vector<Eigen::VectorXd> find_step_back(const world::Model& model, Eigen::VectorXd q);
 

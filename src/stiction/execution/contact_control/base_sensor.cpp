@@ -7,7 +7,7 @@
 namespace stiction::execution {
 
 namespace {
-constexpr std::uint64_t kStream = 0x62617365, kPostureStream = 0x62706f73;  // of random numbers
+constexpr std::uint64_t kStream = 0x62617365, kPostureStream = 0x62706f73;  // streams of random numbers
 }  // namespace
 
 void BaseSensorOptions::validate() const {

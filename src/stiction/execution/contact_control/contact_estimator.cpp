@@ -12,7 +12,7 @@ namespace stiction::execution {
 using control::VectorRef;
 
 namespace {
-constexpr double kMost = 2;  ///< of b²: what the difference of two offsets has at most
+constexpr double kMost = 2;  ///< largest variance of an offset, in b²: that of the difference of two offsets
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 }  // namespace
@@ -38,7 +38,7 @@ void ContactEstimatorOptions::validate() const {
 
 namespace {
 
-/// Options are looked at before anything is made of them.
+/// Validates the options before anything is made of them.
 std::shared_ptr<const sensing::Sensor> make_sensor(const std::shared_ptr<const world::Model>& model,
                                                    const ContactEstimatorOptions& options) {
   options.validate();
@@ -60,7 +60,7 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
       measured_(Eigen::VectorXd::Zero(model->n_a() + (options.base ? 6 : 0))) {
   double spacing = 0;
   for (const sensing::SensedLink& link : sensor_->links()) spacing = std::max(spacing, link.spacing);
-  constexpr double kDeviations = 3;  // within which candidates are reported
+  constexpr double kDeviations = 3;  // noise moves a point by less than a spacing within this many deviations
   const double allowed = options.least_force * spacing / kDeviations;
   time_constant_ = options.lag * std::max(0.0, options.noise * options.noise / (allowed * allowed) - 1);  // (C.13)
   const double share = options.lag / (options.lag + time_constant_);
@@ -81,7 +81,7 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
     offset_variance_.segment<3>(n).setConstant(b.force_offset * b.force_offset);
     offset_variance_.segment<3>(n + 3).setConstant(b.moment_offset * b.moment_offset);
   }
-  sense_.torques.rest.resize(0), sense_.torques.sign = 1;  // those of a sample are taken off when it comes
+  sense_.torques.rest.resize(0), sense_.torques.sign = 1;  // take_sample() already applies rest and sign
   for (const sensing::SensedLink& link : sensor_->links()) bodies_.push_back(link.surface.body);
   options_.tracker.cone = options.sense.cone;
   for (int count = 2; count <= options.max_contacts; ++count) trackers_.emplace_back(sensor_, count, options_.tracker);
@@ -100,7 +100,7 @@ void ContactEstimator::reset() {
   since_sample_ = 0, missed_ = 0;
 }
 
-/// The nearest contact of the last tick on the same link, within reach of merging, that has not gone on as another one; null: none.
+/// Nearest contact of the last tick on the same link, within the merging distance, that no other contact continues; null: none.
 ContactEstimator::Tracked* ContactEstimator::find_tracked(const sensing::ContactPoint& point) {
   const double reach = options_.sense.merge * sensor_->links()[at(point.link)].spacing;
   Tracked* nearest = nullptr;
@@ -115,7 +115,7 @@ ContactEstimator::Tracked* ContactEstimator::find_tracked(const sensing::Contact
 /// ρ of (C.12).
 double ContactEstimator::calc_rho() const { return std::pow(sensed_.noise / options_.plausible_force, 2); }
 
-/// Single contacts as sets of one, by (C.12).
+/// Makes sets of one contact from the candidates, sorted by (C.12).
 void ContactEstimator::rank_singles() {
   const double rho = calc_rho();
   hypotheses_.clear(), last_.clear();
@@ -128,12 +128,12 @@ void ContactEstimator::rank_singles() {
   for (std::size_t k = 0; k < std::min(hypotheses_.size(), at(options_.pool)); ++k) last_.push_back(hypotheses_[k].contacts[0]);
 }
 
-/// No explanation so far leaves less than noise and tolerance.
+/// True if no hypothesis so far explains the torques to within noise and tolerance.
 bool ContactEstimator::needs_more() const {
   return std::none_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& set) { return set.residual <= sensed_.explained; });
 }
 
-/// To what a further contact is added. The contacts that were reported a tick ago come first: of two the one that came first is known best from before.
+/// Sets to which a further contact is added. The contacts reported a tick ago come first: of two contacts, the older one is better known.
 std::span<const sensing::ContactSet> ContactEstimator::make_parents(std::size_t tracker) {
   if (tracker > 0) return trackers_[tracker - 1].sets();
   parents_.clear();
@@ -146,7 +146,7 @@ std::span<const sensing::ContactSet> ContactEstimator::make_parents(std::size_t 
   return parents_;
 }
 
-/// Sets of two contacts, then of three, in the place of what explains less.
+/// Replaces the hypotheses by sets of two contacts, then of three, if these explain the torques better.
 void ContactEstimator::find_sets() {
   if (sensed_.verdict == sensing::Verdict::BelowThreshold)
     for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
@@ -165,8 +165,8 @@ void ContactEstimator::find_sets() {
   }
 }
 
-/// Of the hypotheses the most likely, and those not much less likely. Contacts do not jump: of these only what was reported before, where any of it is left, so that
-/// there are fewer and fewer until all are refuted.
+/// Keeps the most likely hypothesis and those that are nearly as likely. Contacts do not jump, so only contacts that were reported before are kept, as long
+/// as any is left: their number falls until the torques refute all of them.
 void ContactEstimator::choose_reported() {
   std::size_t kept = 0;
   const double margin = options_.score_margin * sensed_.noise * sensed_.noise;
@@ -180,8 +180,8 @@ void ContactEstimator::choose_reported() {
   if (!std::all_of(hypotheses_.begin(), hypotheses_.end(), is_new)) std::erase_if(hypotheses_, is_new);
 }
 
-/// A Kalman filter of each offset: a random walk over the way that the arm moves, measured where nothing touches it, by torques whose noise has a memory. At rest
-/// it soon learns nothing, so that a force that holds on is not forgotten.                                                                    (C.13)
+/// Updates a Kalman filter (C.16) for each offset. The offset is a random walk over the way that the arm moves. It is measured while nothing touches the arm,
+/// by torques whose noise is correlated in time. At rest the filter soon learns nothing more, so a lasting force does not become an offset.
 void ContactEstimator::learn_offset(VectorRef q, double dt) {
   Tare& t = tare_;
   const double memory = options_.lag + time_constant_;
@@ -204,7 +204,7 @@ void ContactEstimator::learn_offset(VectorRef q, double dt) {
   }
 }
 
-/// σ² or its matrix: white noise after the low-pass, and what is not known of offsets.                                             (C.13)
+/// Sets σ² or its matrix: white noise after the low-pass plus the uncertainty of the offsets.                                       (C.13)
 void ContactEstimator::set_noise() {
   const Eigen::Index n = external_.size();
   const Eigen::VectorXd& P = tare_.variance;
@@ -220,7 +220,7 @@ void ContactEstimator::set_noise() {
   sense_.torques.covariance.diagonal() += P.head(n) + hidden_.head(n);
 }
 
-/// Candidates for the torques less their offsets, and the noise that is left.
+/// Computes the candidates for the torques without their offsets, with the remaining noise.
 void ContactEstimator::sense(VectorRef q, double dt) {
   const Eigen::Index n = external_.size();
   if (has_offsets()) learn_offset(q, dt);
@@ -259,7 +259,7 @@ std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, Vec
   return contacts_;
 }
 
-/// Hypotheses that explain the torques as they are after a sample. @param dt  since the one before [s]
+/// Updates the hypotheses with a sample. @param dt  time since the sample before [s]
 void ContactEstimator::take_sample(VectorRef q, VectorRef tau, const sensing::BaseWrench* base, double dt) {
   const sensing::TorqueModel& given = options_.sense.torques;
   external_ = tau;
@@ -280,7 +280,7 @@ void ContactEstimator::take_sample(VectorRef q, VectorRef tau, const sensing::Ba
   choose_reported();
 }
 
-/// The contacts of all hypotheses, under the numbers that they had.
+/// Makes the reported contacts of all hypotheses; contacts of the last tick keep their numbers.
 void ContactEstimator::report() {
   tracked_.clear(), contacts_.clear();
   for (int s = 0; s < static_cast<int>(hypotheses_.size()); ++s)
@@ -294,7 +294,7 @@ void ContactEstimator::report() {
     }
 }
 
-/// Contacts have moved on with their links.
+/// Moves the contacts along with their links.
 void ContactEstimator::place(VectorRef q_now) {
   const world::Model& model = sensor_->model();
   q_full_.tail(model.n_a()) = q_now;

@@ -19,8 +19,9 @@ namespace {
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-/// With estimated contacts (5.28) knows of a force the lag of observer, low-pass, delay and tick later, in which the command of a reference that asks for R λ_max
-/// adds R λ_max lag/T_w of force: a share of the bound, for T_w = w_max h. An error of a share of the least force that counts is none of noise.   (C.14)
+/// Controller options with the damping that estimated contacts need. The error (5.28) responds to a force with the lag of observer, low-pass, delay and tick.
+/// Within this lag the command of a reference that asks for R λ_max adds the force R λ_max lag/T_w, with T_w = w_max h. w_max is such that this force is a
+/// share of the bound. The force scale is a share of the least force that counts.                                                                   (C.14)
 control::ControllerOptions make_controller_options(const ControlScenario& scenario, double filter) {
   constexpr double kShare = 0.125, kOfThreshold = 0.2;
   control::ControllerOptions out = scenario.controller;
@@ -29,12 +30,12 @@ control::ControllerOptions make_controller_options(const ControlScenario& scenar
   const double lag = scenario.observer.time_constant + filter + scenario.delay + scenario.period;
   out.damping.largest = scenario.demand / kShare * lag / out.damping.period;
   out.damping.force_scale = kOfThreshold * out.force_threshold;
-  const ContactEstimatorOptions& e = scenario.estimator;  // all that it tells, and as many walls
+  const ContactEstimatorOptions& e = scenario.estimator;  // room for all contacts that the estimator reports, and as many walls
   out.max_contacts = std::clamp(2 * e.max_contacts * e.max_candidates, out.max_contacts, control::kMaxContacts);
   return out;
 }
 
-/// What f() takes of this thread [s].
+/// Processor time of this thread that f() takes [s].
 template <class F>
 double time_of(F&& f) {
   const double started = core::processor_time(CLOCK_THREAD_CPUTIME_ID);
@@ -45,7 +46,7 @@ double time_of(F&& f) {
 }  // namespace
 
 struct ControlLoop::Impl {
-  /// What is known a delay later.
+  /// Measurement that becomes known after the delay.
   struct Measured {
     Eigen::VectorXd q, external;
     std::vector<control::ContactForce> contacts;
@@ -88,7 +89,7 @@ struct ControlLoop::Impl {
     return {R * X_WT_start.R, X_WT_start.p + reference.head<3>()};
   }
 
-  /// Forces on robots by anything else.
+  /// Reads the forces on robots by other bodies.
   void read_contacts() {
     contacts.clear(), forces.clear();
     for (const simulation::PairForce& f : plant.forces()) {
@@ -98,13 +99,13 @@ struct ControlLoop::Impl {
       const bool b_is_robot = world.bodies()[at(body_b)].kind == world::BodyKind::Robot;
       if (a_is_robot == b_is_robot || !(f.force_W.norm() > 0)) continue;
       simulation::PairForce on_robot = f;
-      if (b_is_robot) on_robot.force_W = -f.force_W;  // it is given as acting on A
+      if (b_is_robot) on_robot.force_W = -f.force_W;  // the simulation gives the force on A
       forces.push_back(on_robot);
       contacts.push_back({.id = f.pair, .body = a_is_robot ? body_a : body_b, .p_WC = f.p_WC, .force_W = on_robot.force_W});
     }
   }
 
-  /// The hands, until the next tick, and their forces among those on the robot.
+  /// Applies the forces of the hands until the next tick, and adds them to the forces on the robot.
   void press() {
     if (scenario.hand.body < 0 && held.body < 0) return;
     simulation::Push hand;
@@ -120,7 +121,7 @@ struct ControlLoop::Impl {
     }
   }
 
-  /// What is known of contacts after the delay: as a skin would measure them, or from torques.
+  /// Sets the contacts known after the delay: as a skin would measure them, or estimated from torques.
   void measure() {
     const Eigen::VectorXd q = plant.q().tail(model.n_a());
     measured.push_back(
@@ -196,10 +197,10 @@ struct ControlLoop::Impl {
   control::ContactController controller;
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
-  world::Pose X_WT_start, X_WL_start;  ///< of the tool, and of the link that a hand presses on
+  world::Pose X_WT_start, X_WL_start;  ///< poses at the start of the tool, and of the link that a hand presses on
   simulation::Push held;
   Eigen::VectorXd q_cmd, told;
-  std::deque<Measured> measured;  ///< the oldest is what the controller is told of
+  std::deque<Measured> measured;  ///< the controller gets the oldest one
   std::vector<control::ContactForce> contacts, reported;
   std::vector<simulation::PairForce> forces;
   std::vector<double> update_s, sense_s;
@@ -224,7 +225,7 @@ Status ControlLoop::tick(const Eigen::VectorXd& reference, ControlSample& out) {
 }
 
 void ControlLoop::hold_push(const simulation::Push& push) {
-  impl_->plant.set_push(push);  // which refuses what is none
+  impl_->plant.set_push(push);  // throws if the push is invalid
   impl_->held = push;
 }
 

@@ -16,24 +16,24 @@ void ControlRunOptions::validate() const { core::require_nonnegative("settle", s
 
 namespace {
 
-constexpr double kAbove = 1.2;  ///< of the bound, from which ticks are counted
+constexpr double kAbove = 1.2;  ///< multiple of the bound above which ticks are counted
 
 double quantile_or_0(const std::vector<double>& values, double p) { return values.empty() ? 0 : core::quantile(values, p); }
 
-/// The contacts of a run, each pair by itself: since when it touches, and its force in the last tick.
+/// Contacts of a run, for each pair: since when it touches, and its force in the last tick.
 class Contacts {
  public:
   struct Contact {
     int pair;
-    double since;      ///< [s]
-    double force = 0;  ///< [N]
-    double last = 0;   ///< that of the tick before [N]
+    double since;      ///< begin of the contact [s]
+    double force = 0;  ///< force in this tick [N]
+    double last = 0;   ///< force in the tick before [N]
     int body = -1;     ///< link
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero(), f_W = Eigen::Vector3d::Zero();
     bool touches = true;
   };
 
-  /// @param settle  how long a contact is old enough to count as settled [s]
+  /// @param settle  age at which a contact counts as settled [s]
   Contacts(const world::Model& model, double settle) : model_(model), settle_(settle), kinematics_work_(model) {}
 
   /// @param before  the sample of the tick before; null: there is none
@@ -50,7 +50,7 @@ class Contacts {
     keep_places(sample);
   }
 
-  /// Largest force of a settled contact [N]; nullopt: there is none.
+  /// Largest force of a settled contact [N]; empty: no settled contact.
   std::optional<double> settled_force() const {
     std::optional<double> out;
     for (const Contact& c : contacts_)
@@ -58,8 +58,8 @@ class Contacts {
     return out;
   }
 
-  double peak_rise() const { return peak_rise_; }            ///< of a settled contact's force in a tick, so far [N]
-  double commanded_rise() const { return commanded_rise_; }  ///< what the change of the command makes of that [N]
+  double peak_rise() const { return peak_rise_; }            ///< largest rise of a settled contact's force in a tick, so far [N]
+  double commanded_rise() const { return commanded_rise_; }  ///< part of this rise due to the command [N]
 
   /// Largest fall of a settled contact's force since the tick before [N].
   double settled_fall() const {
@@ -101,7 +101,7 @@ class Contacts {
     }
   }
 
-  /// The link of a pair; −1: a hand's, which no command moves.
+  /// Link of a pair; −1 for the force of a hand, which no command changes.
   int body_of(int pair) const {
     const auto body = [&](int geometry) { return model_.geometries()[static_cast<std::size_t>(geometry)].body; };
     if (pair < 0) return -1;
@@ -112,7 +112,7 @@ class Contacts {
 
   const world::Model& model_;
   double settle_, time_ = 0, peak_rise_ = 0, commanded_rise_ = 0;
-  Eigen::VectorXd last_command_;  ///< of the tick before the last one
+  Eigen::VectorXd last_command_;  ///< command of the tick before the last one (n_a)
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics kinematics_;
   std::vector<Contact> contacts_;

@@ -13,7 +13,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// Indices of the pushes that act at a time.
+/// Indices of the pushes that act at the given time.
 std::vector<int> find_pushes(const sensing::Poke& poke, double time) {
   std::vector<int> out;
   for (std::size_t i = 0; i < poke.pushes.size(); ++i)
@@ -28,7 +28,7 @@ simulation::Push make_push(const sensing::Scenario& scenario, int push) {
   return {.body = body, .p_BP = contact.p_L, .force_W = acting.force_W};
 }
 
-/// What a sensor under the base would have measured of pushes, with its noise: what the moving masses add is taken for known.
+/// Measurement of the pushes by a sensor under the base, with its noise. The wrench of the moving masses is assumed to be known.
 sensing::BaseWrench measure_base(const sensing::BaseWrench& sensor, const world::Kinematics& kinematics,
                                  std::span<const simulation::Push> pushes, core::Random& random) {
   sensing::BaseWrench out = sensor;
@@ -68,7 +68,7 @@ Status simulate_poke(sensing::Scenario& scenario, std::string& message) {
   std::vector<simulation::Push> pushes;
   world::KinematicsWorkspace kinematics_work(model);
   world::Kinematics kinematics;
-  constexpr std::uint64_t kBaseStream = 1;  // beside that of the observer
+  constexpr std::uint64_t kBaseStream = 1;  // the observer has another stream
   core::Random random(poke.seed, kBaseStream);
   for (Eigen::Index i = 0; i < moments; ++i) {
     const double s = static_cast<double>(i + 1) / static_cast<double>(moments);

@@ -10,11 +10,11 @@ namespace {
 
 using core::Status;
 
-/// Of the stiff robot, times that of the robot.
+/// Stiffness of the stiff robot, as a multiple of the robot's stiffness.
 constexpr double kStiffer = 1e3;
-/// An object follows that is off its step by at most this share of it, in the norm of its damping, or by what counts as no motion.
+/// An object follows its planned step if it is off by at most this share of the step, in the norm of its damping, or by less than what counts as motion.
 constexpr double kOff = 0.2;
-/// Of their effort motors give to what is planned and to damping.
+/// Share of a motor's effort for planned torques and damping together.
 constexpr double kEffortShare = 0.8;
 
 std::shared_ptr<const world::Model> make_stiff(const world::Model& model) {
@@ -80,14 +80,14 @@ DragFeedforward::Lead DragFeedforward::calc(const planning::Plan& plan, const Ei
   dynamics::StepOptions options = plan.step;
   options.smoothing = dynamics::Exact{};
   options.with_A = options.with_B = options.effort_limits = false;
-  // The regularisation of the plan, which the stiff robot would raise.
+  // Keeps the regularisation of the plan, which the stiffness of the robot would otherwise raise.
   if (const auto* rule = std::get_if<dynamics::ByRule>(&options.regularisation))
     options.regularisation = dynamics::ByRule{rule->ratio / kStiffer};
   const auto step = [&](const Eigen::VectorXd* damping) {
     work_.forget();
     return dynamics::step(*stiff_, {q, u_s, nullptr, damping}, options, work_, result_) == Status::Solved;
   };
-  // Where nothing damps the object a stiff robot may throw it, and then the plan tells where joints would be.
+  // Without damping, the stiff robot may throw the object; the joints then follow from the plan.
   const Eigen::VectorXd free = step(nullptr) && follows(result_.delta - planned, planned) ? result_.delta : planned;
   for (double speed = 1; speed >= unled; speed /= 2) {
     const Eigen::VectorXd damping = speed * options.h / duration * damping_;

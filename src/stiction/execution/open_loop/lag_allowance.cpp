@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Of the distance to what is nearest, since both may move.
+/// Share of the distance to the nearest obstacle, since both sides may move.
 constexpr double kShare = 0.5;
 
 }  // namespace
@@ -26,7 +26,7 @@ double LagAllowance::calc(const VectorXd& u0, const VectorXd& u1, const VectorXd
     q_.resize(0);
   }
   if (moving == 0) return least_;
-  const double before = q_.size() > 0 && q_ == q0 ? distance_ : calc_distance(q0);  // knots come one after the other
+  const double before = q_.size() > 0 && q_ == q0 ? distance_ : calc_distance(q0);  // q0 is often the q1 of the last call
   distance_ = calc_distance(q1);
   q_ = q1;
   return std::clamp(kShare * std::min(before, distance_), least_, most_);

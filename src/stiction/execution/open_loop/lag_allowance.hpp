@@ -5,15 +5,15 @@
 
 namespace stiction::execution {
 
-/// How far branches that move freely may be off their path.
+/// Computes the allowed tracking lag c of branches in free motion (E.18).
 /// Tests: tests/execution/run_timing_test.cpp
 class LagAllowance {
  public:
-  /// @param least  room that there is everywhere [m], > 0: the clearance of a regrasp
+  /// @param least  least allowance, the clearance of a regrasp [m], > 0
   LagAllowance(const world::Model& model, double least);
 
-  /// Of the branches whose commands (n_a) differ, at q0 and q1 (n_q), a step apart [m]: a share of their distance to what is nearest, from `least` to the length
-  /// of the robots.
+  /// Allowance for the branches that move between two knots with commands u0, u1 (n_a) and configurations q0, q1 (n_q) [m]: a share of their distance to the
+  /// nearest obstacle, between `least` and the length L of the robots.
   double calc(const Eigen::VectorXd& u0, const Eigen::VectorXd& u1, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
 
  private:
@@ -24,9 +24,9 @@ class LagAllowance {
   world::RobotChains chains_;
   const double least_, most_;
   world::ChainMask moving_ = 0;
-  Eigen::VectorXd q_;                    // where it was last …
-  double distance_ = 0;                  // … and how far from everything
-  contact::GeometryWorkspace geometry_;  // its pairs are those of what moves
+  Eigen::VectorXd q_;                    // configuration of the last call
+  double distance_ = 0;                  // distance to the nearest obstacle at q_
+  contact::GeometryWorkspace geometry_;  // its pairs are those of the moving branches
 };
 
 }  // namespace stiction::execution

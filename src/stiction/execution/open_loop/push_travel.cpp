@@ -54,7 +54,7 @@ double PushTravel::calc_of_contacts(const world::Kinematics& at_end, const world
   double most = 0;
   contact::query_pairs(model_, at_end, pairs_, world::share::kContact * model_.scales().robots().length, contact_work_, contacts_);
   for (const contact::Contact& c : contacts_) {
-    const int robot = model_.pairs()[at(c.pair)].geometry_b;  // objects come first
+    const int robot = model_.pairs()[at(c.pair)].geometry_b;  // in a pair, the object comes first
     const std::size_t body = at(model_.geometries()[at(robot)].body);
     const world::Pose& X_WB = at_end.X_WB[body];
     most = std::max(most, (other.X_WB[body] * (X_WB.R.transpose() * (c.p_WB - X_WB.p)) - c.p_WB).norm());

@@ -7,17 +7,17 @@
 
 namespace stiction::execution {
 
-/// How far a push takes what has to stop again: the objects, and the robot where it touches them.
+/// Computes the travel in a push of everything that has to stop again: of the objects, and of the robot's points that touch them (E.13).
 /// Tests: tests/execution/run_timing_test.cpp
 class PushTravel {
  public:
   explicit PushTravel(const world::Model& model);
 
-  /// The largest way of a point from q0 to q1 (n_q) [m]: of the centres of an object's geometries and of what turns L/2 away from them, and of the points of the
-  /// robot that touch an object at either.
+  /// Largest travel of a point from q0 to q1 (n_q) [m]. The points are the centres of an object's geometries with the rotation at the distance L/2, and the
+  /// points of the robot that touch an object at q0 or q1.
   double calc(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
 
-  /// At q0 or q1 nothing touches an object but what robots move.
+  /// True if at q0 or q1 only robots touch the objects.
   bool is_carried(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
 
  private:
@@ -26,7 +26,7 @@ class PushTravel {
   double calc_of_contacts(const world::Kinematics& at_end, const world::Kinematics& other);
 
   const world::Model& model_;
-  std::vector<int> pairs_, resting_;  // of what robots move with objects; of what they do not
+  std::vector<int> pairs_, resting_;  // pairs of objects with moving links; pairs of objects with everything else
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics from_, to_;
   contact::Workspace contact_work_;

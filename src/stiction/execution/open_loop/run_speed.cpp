@@ -18,22 +18,22 @@ namespace {
 
 using world::Model;
 
-/// Of what objects on joints rest on is not known: so much of their lag is not led.
+/// δ of (E.13): share of the damping of objects on joints that is unknown, so the lead does not compensate it.
 constexpr double kUnknownDrag = 0.3;
-/// However an object is damped, no push is slower than this share of what it may be with a lead.
+/// Least share of the speed with a lead at which a push without lead may go, for any damping of the object.
 constexpr double kLeastUnled = 1.0 / 16;
-/// Rest times of an object on a joint in which its speed changes.
+/// Time in which an object on a joint comes to its speed or to rest, in rest times τ.
 constexpr double kStartTimes = 4;
-/// Acceleration of what robots alone hold, beside that of gravity.
+/// s_g of (E.26): acceleration of an object that only robots hold, as a share of gravity.
 constexpr double kCarry = 0.2;
-/// Of its effort a motor spends on the inertia of what it moves.
+/// Share of a motor's effort for accelerating the inertia that it moves.
 constexpr double kInertiaShare = 0.5;
 
 bool is_free(const Model& model, int object) {
   return model.scene().objects[static_cast<std::size_t>(object)].joint == world::ObjectJoint::Free;
 }
 
-/// The least μ of what may touch an object, that stops it; 1 where nothing has friction.
+/// Least friction μ > 0 of the pairs of an object, which brakes it; 1 if none has friction.
 double least_friction(const Model& model, int object) {
   const int body = model.objects()[static_cast<std::size_t>(object)].body;
   double least = std::numeric_limits<double>::infinity();
@@ -45,18 +45,18 @@ double least_friction(const Model& model, int object) {
   return std::isfinite(least) ? least : 1.0;
 }
 
-/// v² = 2 μ g s L of what friction stops, v (τ + δ T_f) = s L of what is damped.                                                        (E.13)
+/// Speed of the object: v² = 2 μ g s L if friction stops it, v (τ + δ T_f) = s L if damping does.                                       (E.13)
 double calc_object_speed(const Model& model, int object) {
   const double way = kCoast * model.scales().object(object).length;
   if (is_free(model, object)) return std::sqrt(2 * least_friction(model, object) * kGravity * way);
   return way / (kRestTime + kUnknownDrag * calc_follow_time(model, object));
 }
 
-/// ω² = K_a/M of the joints, each with the largest inertia that it may move (n_a) [1/s²].
+/// ω² = K_a/M of the joints, with the largest inertia M of any posture (n_a) [1/s²].
 Eigen::VectorXd calc_omega_squared(const Model& model) { return model.stiffness().cwiseQuotient(world::calc_largest_joint_inertia(model)); }
 
-/// A force e^(t/T) on a spring trails its command by 1/(T ω)² of itself. Of the slowest joint of a branch that is the share kCoast: what presses an object then
-/// presses it where it was planned to. Nor do they change sooner than springs that bear nothing.                                       (E.24)
+/// T_j of (E.24). A spring force that changes as e^(t/T) trails its command by 1/(T ω)² of itself. T makes this share kCoast for the slowest joint of a branch,
+/// so an object is pressed where the plan presses it. T is no shorter than the load time of unloaded springs.                           (E.24)
 Eigen::VectorXd calc_spring_time(const Model& model, const Eigen::VectorXd& omega_squared, double load_time) {
   const world::RobotChains chains(model);
   Eigen::VectorXd out = Eigen::VectorXd::Constant(model.n_a(), load_time);
@@ -68,7 +68,8 @@ Eigen::VectorXd calc_spring_time(const Model& model, const Eigen::VectorXd& omeg
   return out;
 }
 
-/// Of v (τ + δ T_f) = s L what v (τ + T_D) = s L leaves: unled, an object trails by all that damps it, its joint's own damping too.          (E.13)
+/// Speed without lead, v (τ + T_D) = s L, over the speed with lead, v (τ + δ T_f) = s L. Without lead, an object trails by its whole damping, the damping of
+/// its joint included.                                                                                                                      (E.13)
 double calc_unled(const Model& model, int object) {
   const auto& coordinates = model.objects()[static_cast<std::size_t>(object)];
   const Eigen::VectorXd damping = calc_object_damping(model);
@@ -81,8 +82,8 @@ double calc_unled(const Model& model, int object) {
   return std::clamp((kRestTime + kUnknownDrag * calc_follow_time(model, object)) / (kRestTime + trails), kLeastUnled, 1.0);
 }
 
-/// A spring K_a on the inertia M of its joint trails by M q̈/K_a, and after a jump Δq̇ of its speed by at most Δq̇/(e ω), ω² = K_a/M. Both stay within the room
-/// at the reach of the joint, and within what the motor gives.                                                                           (E.18)
+/// Sets the limits of free motion. A spring K_a with the inertia M of its joint trails by M q̈/K_a, and after a speed jump Δq̇ by at most Δq̇/(e ω). Here
+/// ω² = K_a/M. Both must stay within the clearance at the reach of the joint, and within what the motor gives.                           (E.18)
 void set_free_motion(const Model& model, const Eigen::VectorXd& omega_squared, RunSpeeds& out) {
   out.room = world::share::kClearance * model.scales().robots().length;
   out.most_room = kInertiaShare * model.effort().cwiseQuotient(model.stiffness()).cwiseProduct(model.reach());
@@ -91,13 +92,14 @@ void set_free_motion(const Model& model, const Eigen::VectorXd& omega_squared, R
   out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(lag);
 }
 
-/// The acceleration s g of what is carried. Critically damped springs start at 2 ω Δq̇ after a jump Δq̇ of the speed of their commands.             (E.26)
+/// Sets the limits while an object is carried, with the acceleration s_g g. Critically damped springs start at 2 ω Δq̇ after a speed jump Δq̇ of their
+/// commands.                                                                                                                             (E.26)
 void set_carrying(const Model& model, const Eigen::VectorXd& omega_squared, RunSpeeds& out) {
   out.carry_acceleration = kCarry * kGravity * model.reach().cwiseInverse();
   out.carry_jump = 0.5 * out.carry_acceleration.cwiseQuotient(omega_squared.cwiseSqrt());
 }
 
-/// Time that goes `share` times as fast: springs and inertia have less to say.
+/// Scales the limits to a time that passes `share` times as fast.
 void slow_down(double share, RunSpeeds& out) {
   out.object *= share;
   out.push *= share;

@@ -16,22 +16,22 @@ namespace {
 using planning::SegmentKind;
 using world::Model;
 
-/// Between knots where the speed changes, at the full timing [s].
+/// Time between knots where the speed changes, at the full timing [s].
 constexpr double kPart = 0.02;
 constexpr int kMostParts = 100;
 
 double infinite() { return std::numeric_limits<double>::infinity(); }
 
-/// From one knot to the next, at a multiple f of the speed of pushes.
+/// The way from one knot to the next, passed at a multiple f of the speed of pushes.
 struct Stretch {
-  double way = 0;           ///< time at f = 1 [s]
-  double most = 1;          ///< f at most
-  double acceleration = 0;  ///< of f at most [1/s]
-  bool carried = false;     ///< robots alone hold an object
-  bool free = false;        ///< the robot touches nothing that it could move …
-  Eigen::VectorXd room;     ///< … and its joints have so much room, in multiples of RunSpeeds::room (n_a)
+  double way = 0;           ///< duration at f = 1 [s]
+  double most = 1;          ///< largest f
+  double acceleration = 0;  ///< largest rate of f [1/s]
+  bool carried = false;     ///< only robots hold an object
+  bool free = false;        ///< regrasp, or a push in which no object moves and no spring of a moving joint is loaded
+  Eigen::VectorXd room;     ///< clearance for the lag of each joint, in multiples of RunSpeeds::room (n_a)
   Eigen::VectorXd slope;    ///< du/dt at f = 1 (n_a)
-  Eigen::VectorXd lead;     ///< (E.17) at f = 1 (n_a)
+  Eigen::VectorXd lead;     ///< lead (E.17) at f = 1 (n_a)
 };
 
 double least_ratio(const Eigen::VectorXd& numerators, const Eigen::VectorXd& denominators) {
@@ -44,7 +44,7 @@ double least_ratio(const Eigen::VectorXd& numerators, const Eigen::VectorXd& den
 
 Eigen::VectorXd strain_at(const Trajectory& t, Eigen::Index k) { return t.u.col(k) - t.q.col(k).tail(t.u.rows()); }
 
-/// Objects rest, and no joint that moves gives a force.
+/// True if objects rest and no moving joint exerts a force from knot k to the next.
 bool moves_freely(const Model& model, const Trajectory& t, Eigen::Index k) {
   Eigen::VectorXd delta(model.n_v());
   world::local(model, t.q.col(k), t.q.col(k + 1), delta);
@@ -55,8 +55,8 @@ bool moves_freely(const Model& model, const Trajectory& t, Eigen::Index k) {
   return ((t.u.col(k + 1) - t.u.col(k)).array() == 0 || force < least).all();
 }
 
-/// @param free    nothing is pushed, as in all of a regrasp   @param carried  robots alone hold an object
-/// @param travel  of a push [m]   @param room  of what is free [m]
+/// @param free    nothing is pushed, as in every regrasp   @param carried  only robots hold an object
+/// @param travel  travel of a push [m]   @param room  allowed lag of free motion [m]
 Stretch stretch_between(const RunSpeeds& speeds, bool free, bool carried, double travel, double room, const Trajectory& t, Eigen::Index k) {
   const Eigen::VectorXd u0 = t.u.col(k), u1 = t.u.col(k + 1);
   Stretch out;
@@ -77,14 +77,15 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, bool carried, double
   return out;
 }
 
-/// A straight line in parts, so that its speed can change. @param whole  way of the piece that it is in  @param part  between knots [s]
+/// Number of parts into which a stretch is cut so that its speed can change.
+/// @param whole  duration of its piece at f = 1 [s]  @param part  time between knots [s]
 int count_parts(const Stretch& s, double whole, double part) {
   if (!std::isfinite(s.acceleration)) return 1;
   const double fastest = std::min(s.most, std::sqrt(1 + s.acceleration * whole));
   return static_cast<int>(std::clamp(std::ceil(s.way / fastest / part), 1.0, static_cast<double>(kMostParts)));
 }
 
-/// f at the knots between stretches: within both, and no jump at a corner of the path.
+/// f at the knots between stretches, within the limits of both, and without jumps at corners of the path.
 std::vector<double> calc_knot_speeds(const RunSpeeds& speeds, SegmentKind kind, const std::vector<Stretch>& stretches) {
   const std::size_t n = stretches.size();
   const double at_ends = kind == SegmentKind::Contact && speeds.start_time > 0 ? 0 : 1;
@@ -111,7 +112,7 @@ std::vector<double> calc_knot_speeds(const RunSpeeds& speeds, SegmentKind kind, 
   return f;
 }
 
-/// Up from f0, along at the most, down to f1.
+/// Duration of a stretch: accelerate from f0, go at the largest f, decelerate to f1 [s].
 double calc_time(const Stretch& s, double f0, double f1) {
   if (!std::isfinite(s.acceleration)) return s.way / s.most;
   const double a = s.acceleration, peak = std::min(s.most, std::sqrt(a * s.way + 0.5 * (f0 * f0 + f1 * f1)));
@@ -119,7 +120,7 @@ double calc_time(const Stretch& s, double f0, double f1) {
   return (2 * peak - f0 - f1) / a + std::max(0.0, s.way - ramps) / peak;
 }
 
-/// Takes a trajectory as knots and gives it times, knots in between and leads.
+/// Assigns times and leads to the knots of a trajectory, and adds knots in between.
 class Timer {
  public:
   Timer(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragFeedforward* lead, double pause)
@@ -147,7 +148,7 @@ class Timer {
       whole += given.back().way;
     }
     std::vector<Stretch> stretches;
-    std::vector<std::size_t> ends;  // of the stretches between the given knots
+    std::vector<std::size_t> ends;  // for each given knot, one past its last stretch
     for (std::size_t k = 0; k < given.size(); ++k) {
       const Eigen::Index from = piece.first_knot + static_cast<Eigen::Index>(k);
       add_parts(given[k], whole, strain_at(in, from), strain_at(in, from + 1), stretches);
@@ -175,10 +176,10 @@ class Timer {
     out.last_knot = last();
   }
 
-  /// A stretch in parts, each as fast as springs are strained in it.                                                            (E.24)
+  /// Cuts a stretch into parts, each no faster than its springs may be strained.                                              (E.24)
   void add_parts(Stretch s, double whole, const Eigen::VectorXd& strain, const Eigen::VectorXd& strain_next,
                  std::vector<Stretch>& out) const {
-    const double part = kPart / std::min(speeds_.factor, 1.0);  // a slower run has the same knots
+    const double part = kPart / std::min(speeds_.factor, 1.0);  // so that a slower run has the same knots
     const int parts = std::max(count_parts(s, whole, part), springs_.count_parts(strain, strain_next));
     const auto at = [&](int i) -> Eigen::VectorXd { return strain + static_cast<double>(i) / parts * (strain_next - strain); };
     s.way /= parts;
@@ -205,7 +206,7 @@ class Timer {
     s.most = std::min(s.most, lead.speed);
   }
 
-  /// Of the command after stretch i the mean of the leads before and after it.
+  /// Adds to the command after stretch i the mean of the leads before and after it.
   void add_lead(const std::vector<Stretch>& stretches, std::size_t i, double f, Eigen::VectorXd& u) const {
     Eigen::VectorXd lead = stretches[i].lead;
     if (i + 1 < stretches.size()) lead = 0.5 * (lead + stretches[i + 1].lead);
@@ -260,14 +261,14 @@ class Timer {
 Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragFeedforward* lead, double pause) {
   speeds.validate(model);
   core::require_nonnegative("pause", pause);
-  // At one unit a second, for the knots; their times follow.
+  // One unit per second: only the knots are used, their times are set later.
   const Trajectory knots =
       make_trajectory(model, plan, {.revolute = 1, .prismatic = 1, .regrasp_factor = 1, .landing_factor = 1, .load_time = 0, .pause = 0});
   return Timer(model, plan, speeds, lead, pause).run(knots);
 }
 
 Trajectory make_trajectory(const Model& model, const planning::Plan& plan, double speed, double pause) {
-  // The model is owned by the caller for as long as this call lasts.
+  // A non-owning pointer: the caller owns the model during this call.
   DragFeedforward lead(std::shared_ptr<const Model>(&model, [](const Model*) {}));
   return make_trajectory(model, plan, calc_run_speeds(model, plan.goal.object, speed), &lead, pause);
 }

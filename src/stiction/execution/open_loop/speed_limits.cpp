@@ -9,7 +9,7 @@
 namespace stiction::execution {
 namespace {
 
-/// Of an object: m g, or what its joint gives where it goes kCoast in a load time, if that is more [N].
+/// Weight of an object for (E.9) [N]: m g, or the force of its joint's friction and damping when it moves kCoast in a load time, if that is larger.
 double calc_weight(const world::Model& model, int object, double load_time) {
   const world::ObjectSpec& spec = model.scene().objects[static_cast<std::size_t>(object)];
   const double length = model.scales().object(object).length;
@@ -43,7 +43,7 @@ Eigen::VectorXd SpeedLimits::of_joints(const world::Model& model) const {
 Eigen::VectorXd SpeedLimits::of_springs(const world::Model& model) const {
   double lightest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < model.scene().objects.size(); ++i) {
-    if (model.scene().objects[i].geometries.empty()) continue;  // it only carries others
+    if (model.scene().objects[i].geometries.empty()) continue;  // an object without shapes only carries others
     lightest = std::min(lightest, calc_weight(model, static_cast<int>(i), load_time));
   }
   return lightest / load_time * model.reach().cwiseQuotient(model.stiffness());

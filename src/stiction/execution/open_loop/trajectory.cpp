@@ -15,7 +15,7 @@ using core::Status;
 using planning::Plan;
 using planning::SegmentKind;
 
-constexpr double kPartOfRamp = 0.2;  // in which the speed of a regrasp is constant
+constexpr double kPartOfRamp = 0.2;  // share of the ramp in which the speed of a regrasp is constant
 
 void require_plan(const world::Model& model, const Plan& plan) {
   world::require_configuration(model, "plan.q_start", plan.q_start);
@@ -31,14 +31,14 @@ void require_plan(const world::Model& model, const Plan& plan) {
   }
 }
 
-/// Straight for positions and joints, the shortest rotation for orientations.
+/// Interpolates linearly for positions and joints, and along the shortest rotation for orientations.
 void blend(const world::Model& model, const VectorRef& q0, const VectorRef& q1, double s, Eigen::Ref<Eigen::VectorXd> q) {
   Eigen::VectorXd delta(model.n_v());
   world::local(model, q0, q1, delta);
   world::retract(model, q0, s * delta, q);
 }
 
-/// Between two knots, a share s of their time after the first; at either end of the trajectory they are the same one.
+/// A time between two knots: a share s of their interval after the first. Outside the trajectory both are its first or last knot.
 struct Place {
   Eigen::Index before, after;
   double s;
@@ -53,13 +53,13 @@ Place place_at(const Trajectory& trajectory, double t) {
   return {after - 1, after, (t - begin[after - 1]) / (begin[after] - begin[after - 1])};
 }
 
-/// Knots as they come.
+/// Builds a trajectory knot by knot.
 class Builder {
  public:
   Builder(const world::Model& model, const SpeedLimits& limits)
       : model_(model), limits_(limits), speed_(limits.of_joints(model)), spring_speed_(limits.of_springs(model)) {}
 
-  /// @param knot  of the plan, see Trajectory::knots
+  /// @param knot  knot of the plan, see Trajectory::knots
   void start(const Eigen::VectorXd& u, const Eigen::VectorXd& q, int knot) {
     knot_ = knot;
     add(0, u, q);
@@ -78,10 +78,10 @@ class Builder {
     move(u, q, calc_duration(u_.back(), u, speed_));
   }
 
-  /// A regrasp, slow at its ends (E.8).
+  /// Adds a regrasp, which is slow at its ends (E.8).
   void regrasp(const std::vector<dynamics::Knot>& knots) {
     const double fast = limits_.regrasp_factor, slow = std::min(limits_.landing_factor, fast);
-    double whole = 0;  // [s] at the speed of pushes
+    double whole = 0;  // duration at the speed of pushes [s]
     for (std::size_t k = 0; k < knots.size(); ++k) whole += calc_duration(k == 0 ? u_.back() : knots[k - 1].u, knots[k].u, speed_);
     double begin = 0;
     for (const auto& knot : knots) {
@@ -119,7 +119,7 @@ class Builder {
   }
 
  private:
-  /// (E.9): what is strained between two arms and let go at once flies off.
+  /// Adds a knot after dt, or later by (E.9): an object squeezed between two arms would fly off if released at once.
   void move(const Eigen::VectorXd& u, const Eigen::VectorXd& q, double dt) {
     const auto strain = [n_a = u.size()](const Eigen::VectorXd& u_k, const Eigen::VectorXd& q_k) { return u_k - q_k.tail(n_a); };
     dt = std::max(dt, calc_duration(strain(u_.back(), q_.back()), strain(u, q), spring_speed_));
@@ -127,7 +127,7 @@ class Builder {
     if (dt >= kLeastInterval) {
       add(times_.back() + dt, u, q);
     } else if (last() > piece.first_knot) {
-      q_.back() = q;  // the state moved on while the command did not
+      q_.back() = q;  // the state changed, the command did not
       knots_.back() = knot_;
     } else {
       add(times_.back() + kLeastInterval, u, q);
@@ -150,7 +150,7 @@ class Builder {
   Trajectory out_;
   std::vector<double> times_;
   std::vector<int> segments_, knots_;
-  int knot_ = 0;  ///< of the plan
+  int knot_ = 0;  ///< present knot of the plan
   std::vector<Eigen::VectorXd> u_, q_;
 };
 
@@ -209,7 +209,7 @@ Status predict(const world::Model& model, const Plan& plan, int substeps, Plan& 
   dynamics::StepOptions options = plan.step;
   options.smoothing = dynamics::Exact{};
   options.with_B = options.with_A = false;
-  // The model is owned by the caller for as long as this call lasts.
+  // A non-owning pointer: the caller owns the model during this call.
   dynamics::StepWorkspace work(std::shared_ptr<const world::Model>(&model, [](const world::Model*) {}));
   dynamics::StepResult result;
   Eigen::VectorXd q = plan.q_start, u = plan.u_start;
@@ -243,7 +243,8 @@ Trajectory retime(Trajectory trajectory, const Trajectory& timing) {
   if (trajectory.pieces.size() != timing.pieces.size())
     core::throw_invalid("timing.pieces", std::to_string(timing.pieces.size()),
                         fmt::format("{} pieces, as in trajectory", trajectory.pieces.size()));
-  const auto end_of = [](const Trajectory& t, const Piece& piece, Eigen::Index k, int segment) {  // from a knot k before it
+  // Last knot of a segment, from a knot k before it.
+  const auto end_of = [](const Trajectory& t, const Piece& piece, Eigen::Index k, int segment) {
     while (k < piece.last_knot && t.segments[k + 1] <= segment) ++k;
     return k;
   };

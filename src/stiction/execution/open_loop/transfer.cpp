@@ -43,7 +43,7 @@ Eigen::MatrixXd plan_at(const Model& model, const Trajectory& trajectory, double
   return q;
 }
 
-/// Samples [first, first + count) of a run that belong to a time span, ends included.
+/// Samples [first, first + count) of a run within a time span, ends included.
 struct Span {
   Eigen::Index first = 0, count = 0;
 };
@@ -83,7 +83,7 @@ class Transfer {
   }
   double time_of(Eigen::Index knot) const { return trajectory_.times[knot]; }
 
-  /// The trajectory, its last command held.
+  /// Simulates the trajectory, then holds its last command.
   Status run_whole() {
     const Eigen::Index n = trajectory_.times.size();
     Eigen::VectorXd times(n + 1);
@@ -113,7 +113,7 @@ class Transfer {
     Eigen::VectorXd delta = Eigen::VectorXd::Zero(model_.n_v());
     delta.head(model_.n_vu()) = options_.start_error;
     world::retract(model_, Eigen::VectorXd(q), delta, q);
-    // The model is owned by the plant for as long as this call lasts.
+    // A non-owning pointer: the plant owns the model during this call.
     return part_start(std::shared_ptr<const Model>(&model_, [](const Model*) {}), q, plan_.step).q;
   }
 
@@ -132,7 +132,7 @@ class Transfer {
       report.last_segment = piece.last_segment;
       report.begin_s = begin;
       report.end_s = end;
-      if (!options_.whole || out_.times.empty() || out_.times.back() < end) continue;  // stopped before
+      if (!options_.whole || out_.times.empty() || out_.times.back() < end) continue;  // the run stopped before the end of this piece
       const Span span = samples_between(out_.times, begin, end);
       report.in_plan = measure_samples(i, span, as_vector(out_.times), out_.q_plan, out_.q);
     }
@@ -150,7 +150,7 @@ class Transfer {
     out_.reached = status == Status::Solved && !out_.dropped && !out_.lost && out_.error.within(plan_.goal);
   }
 
-  /// Nothing that comes could make up for it.
+  /// True if an object is lost or dropped, so that the plan can no longer succeed.
   bool is_off(double t, VectorRef q) {
     const Eigen::Vector3d gravity = model_.scene().gravity;
     const bool looks_for_lost = std::isfinite(options_.lost_factor);
@@ -164,7 +164,7 @@ class Transfer {
     return out_.lost || (gravity.norm() > 0 && falls(t, planned, q, gravity.normalized()));
   }
 
-  /// A free object far below where the plan has it, now or later in the same piece: what only comes down sooner is not dropped.
+  /// True if a free object is far below its planned place, now and later in the same piece. An object that only comes down early is not dropped.
   bool falls(double t, const Eigen::VectorXd& planned, VectorRef q, const Eigen::Vector3d& down) {
     for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
       if (model_.scene().objects[static_cast<std::size_t>(i)].joint != world::ObjectJoint::Free) continue;
@@ -177,7 +177,7 @@ class Transfer {
     return false;
   }
 
-  /// The plan has an object farther down than depth [m] between t and the end of the piece; never in a pause.
+  /// True if the plan has an object deeper than depth [m] between t and the end of the piece; false in a pause.
   bool comes_down_to(double depth, int object, double t, const Eigen::Vector3d& down) const {
     const auto piece =
         std::find_if(trajectory_.pieces.begin(), trajectory_.pieces.end(), [&](const Piece& p) { return t < time_of(p.last_knot); });
@@ -188,7 +188,7 @@ class Transfer {
     return false;
   }
 
-  /// Each pushing piece from its planned start at rest.
+  /// Simulates each pushing piece alone, from rest in its planned start.
   void run_alone() {
     std::vector<std::size_t> pushes;
     for (std::size_t i = 0; i < out_.pieces.size(); ++i) {
@@ -207,7 +207,7 @@ class Transfer {
       const Status status = simulation::simulate(*plant_, {trajectory_.q.col(first), times, trajectory_.u.middleCols(first, n), nullptr},
                                                  run_options(), workspaces[static_cast<std::size_t>(worker)], r);
       steps[static_cast<std::size_t>(item)] = r.steps;
-      if (status != Status::Solved) return;  // stays empty
+      if (status != Status::Solved) return;  // `alone` stays empty
       const Eigen::MatrixXd q_plan = plan_at(model_, compared_, time_of(first), r.times);
       out_.pieces[i].alone = measure_samples(i, {0, r.q.cols()}, as_vector(r.times), q_plan, r.q);
     });
@@ -220,8 +220,8 @@ class Transfer {
   const TransferOptions& options_;
   const core::RunControl& control_;
   TransferResult& out_;
-  Trajectory trajectory_;  ///< what is run …
-  Trajectory compared_;    ///< … and the states that it is compared with
+  Trajectory trajectory_;  ///< commands of the run
+  Trajectory compared_;    ///< states with which the run is compared
 };
 
 std::optional<double> ratio(double mean, double length, double least) {

@@ -27,8 +27,8 @@ using planning::SegmentKind;
 using world::Model;
 using world::Pose;
 
-constexpr double kRounding = 1e-12;     // of poses [m, rad]
-constexpr double kMostFriction = 0.99;  // share by which friction is off at most: the factor stays above 0
+constexpr double kRounding = 1e-12;     // rounding error of poses [m, rad]
+constexpr double kMostFriction = 0.99;  // largest relative error of friction, so that the factor stays above 0
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -42,14 +42,14 @@ Vector3d rotation_vector(const Eigen::Matrix3d& R) {
 
 GoalError distance(const Pose& a, const Pose& b) { return {(a.p - b.p).norm(), rotation_vector(a.R.transpose() * b.R).norm()}; }
 
-/// Uniform in the ball of radius 1.
+/// Draws a point that is uniform in the ball of radius 1.
 VectorXd draw_in_ball(core::Random& random, int n) {
   VectorXd x(n);
   for (double& entry : x) entry = random.normal();
   return std::pow(random.uniform(), 1.0 / n) * x.normalized();
 }
 
-/// Error of a free object in its tangent.
+/// Draws the error of a free object in its tangent.
 VectorXd draw_free(const Vector3d& gravity, const Eigen::Matrix3d& R_WB, const ErrorSets& sets, core::Random& random) {
   Vector3d p, turn_W;
   if (gravity.isZero(0)) {
@@ -66,7 +66,7 @@ VectorXd draw_free(const Vector3d& gravity, const Eigen::Matrix3d& R_WB, const E
   return e;
 }
 
-/// Error of the coordinates of an object on a joint.
+/// Draws the error of the coordinates of an object on a joint.
 VectorXd draw_joint(const Model& model, const world::ObjectInfo& object, const ErrorSets& sets, core::Random& random) {
   const auto turns = [&](int k) { return model.dofs()[at(object.v_begin + k)].kind == world::DofKind::Revolute; };
   int slides = 0;
@@ -84,7 +84,7 @@ VectorXd displaced(const Model& model, dynamics::VectorRef q, const VectorXd& st
   return out;
 }
 
-/// By what the poses of objects are farther off than their sets allow, ≥ 1: a hinge carries what is far from it a long way.
+/// Factor by which object poses are farther off than their sets allow, ≥ 1: a hinge moves an object far from its axis a long way.
 double calc_excess(const Model& model, dynamics::VectorRef q, const VectorXd& start, const ErrorSets& sets) {
   const VectorXd moved = displaced(model, q, start);
   double excess = 1;
@@ -96,21 +96,22 @@ double calc_excess(const Model& model, dynamics::VectorRef q, const VectorXd& st
   return excess;
 }
 
-/// What a run is given at the speed at which plans are shown to hold. The time matters for damped objects alone: others take the commands of the plan, which are fewer.
+/// Commands of a run at the speed at which plans are shown to hold. The time matters only for damped objects; without them, the commands of the plan, which are
+/// fewer, suffice.
 Trajectory commands_of(const Model& model, const planning::Plan& plan) {
   if (!calc_object_damping(model).isZero(0)) return make_trajectory(model, plan);
   SpeedLimits any;
-  any.regrasp_factor = any.landing_factor = 1;  // no knots between those of the plan
+  any.regrasp_factor = any.landing_factor = 1;  // adds no knots to those of the plan
   return make_trajectory(model, plan, any);
 }
 
-/// What is commanded between two rests.
+/// Commands between two rests.
 struct Stage {
   SegmentKind kind = SegmentKind::Contact;
   int last_segment = 0;
   Eigen::MatrixXd u;   ///< (n_a × steps)
-  VectorXd durations;  ///< of the steps [s]
-  Pose X_plan;         ///< of the object at its end
+  VectorXd durations;  ///< durations of the steps [s]
+  Pose X_plan;         ///< planned pose of the object at its end
 };
 
 std::vector<Stage> make_stages(const Model& model, int object, const Trajectory& trajectory) {
@@ -127,13 +128,13 @@ std::vector<Stage> make_stages(const Model& model, int object, const Trajectory&
   return out;
 }
 
-/// What became of one world.
+/// Result of the rollout of one world.
 struct Path {
-  std::vector<Pose> poses;  ///< of the object at the ends of the stages
-  GoalError error;          ///< at the last one
+  std::vector<Pose> poses;  ///< poses of the object at the ends of the stages
+  GoalError error;          ///< error at the end of the last stage
 };
 
-/// A world along all stages.
+/// Rolls out one world along all stages.
 class Scenario {
  public:
   Scenario(const std::shared_ptr<const Model>& model, const planning::Plan& plan, dynamics::StepWorkspace& work)
@@ -148,7 +149,7 @@ class Scenario {
     options_.with_A = options_.with_B = options_.with_force_derivatives = false;
   }
 
-  /// @returns nothing where a step was not solved, or the run was stopped
+  /// @returns empty if a step was not solved, or the run was stopped
   std::optional<Path> run(const VectorXd& q_start, const WorldError& error, const std::vector<Stage>& stages,
                           const core::RunControl& control) {
     work_.forget();
@@ -178,7 +179,7 @@ class Scenario {
     return true;
   }
 
-  /// A heavier object feels more of gravity; inertia has no part in a quasi-static step.
+  /// Sets the additional weight of a heavier object; inertia has no part in a quasi-static step.
   void set_weight(const VectorXd& q) {
     world::calc_kinematics(*model_, q, kinematics_work_, kinematics_);
     weight_.setZero(model_->n_v());
@@ -193,14 +194,14 @@ class Scenario {
   dynamics::StepResult result_;
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics kinematics_{};
-  VectorXd drag_, damping_;  ///< (E.7), in the time and in the steps of the model
+  VectorXd drag_, damping_;  ///< damping (E.7) in time, and in the steps of the model
   bool damped_;
   VectorXd weight_;
   double mass_ = 1;
   long steps_ = 0;
 };
 
-/// Mean of poses near another one, (B.2).
+/// Mean of poses that are close to the pose `near`, (B.2).
 Pose mean_pose(const std::vector<Pose>& poses, const Pose& near) {
   Vector3d p = Vector3d::Zero(), turn = Vector3d::Zero();
   for (const Pose& pose : poses) {
@@ -226,7 +227,7 @@ void bound(const Stage& stage, const TubeOptions& options, double length, bool c
   rest.angle = options.factors.angle * (farthest.angle + 2 * options.errors.contact) + lost;
 }
 
-/// Distance of the last centre from the goal, or a bound of it where a region is the goal: a way through a scenario.
+/// Distance of the last centre from the goal. If the goal is a region, an upper bound: the distance to a scenario plus that of the scenario from the goal.
 GoalError bound_centre(const planning::Goal& goal, const std::vector<std::optional<Path>>& paths, const TubeRest& last) {
   if (!goal.region) return distance(goal.X_WG, last.centre);
   GoalError out{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};

@@ -9,7 +9,7 @@ namespace stiction::execution {
 
 namespace {
 
-/// The nearest of all shapes of two bodies, the first one displaced.
+/// Distance of the nearest shapes of two bodies, the first body displaced.
 contact::Distance calc_nearest(const world::Model& model, const world::Kinematics& kinematics, int link, int body,
                                const Eigen::Vector3d& moved) {
   contact::Distance nearest;
@@ -33,7 +33,7 @@ std::optional<double> calc_approach(const world::Model& model, const Eigen::Vect
                                     const Eigen::Vector3d& direction_W, double gap, double start) {
   constexpr int kSteps = 50;
   constexpr double kClose = 1e-7;       // [m]
-  constexpr double kLeastSlope = 0.05;  // below it the direction leads along the surface
+  constexpr double kLeastSlope = 0.05;  // with a smaller slope, the direction leads along the surface
   world::KinematicsWorkspace work(model);
   world::Kinematics kinematics;
   world::calc_kinematics(model, q, work, kinematics);

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// A finger, or another branch that feels by itself: the joints that move its link and none of the other links.
+/// A finger, or another branch that feels on its own: the joints that move its link and no other of the links.
 struct Side {
   enum class State {
     Going,
@@ -26,14 +26,14 @@ struct Side {
     Done
   };
   int link;
-  Eigen::Vector3d p_L = Eigen::Vector3d::Zero();  ///< the middle of the link's geometry
+  Eigen::Vector3d p_L = Eigen::Vector3d::Zero();  ///< middle of the link's geometry
   std::vector<int> joints;
   Feeler feeler;
-  VectorXd from{}, to{};  ///< of all joints; only those of the side count
+  VectorXd from{}, to{};  ///< postures of all joints; only joints of this side count
   double speed = 0;
-  double asked = 0;  ///< speed of the move
+  double asked = 0;  ///< speed of the move [m/s]
   State state = State::Going;
-  long ticks = 0;  ///< in this state
+  long ticks = 0;  ///< ticks in this state
   double share = kStart;
   int measurements = 0;
   double alarm = 0, begin = 0;
@@ -89,7 +89,7 @@ class Closing {
     }
   }
 
-  /// To a posture, whatever touches; the controller bounds forces.
+  /// Moves to a posture without regard to contacts; the controller bounds their forces.
   void follow(const GuardedMove& move, MoveResult& result) {
     const JointPath path(model_, {reference_, move.posture}, move.speed);
     const auto ticks = static_cast<long>(std::ceil(path.duration() / arm_.period));
@@ -159,7 +159,7 @@ class Closing {
     return out;
   }
 
-  /// The reference of the side's joints for the next tick.
+  /// Sets the reference of the side's joints for the next tick.
   void command(Side& side, double force) {
     ++side.ticks;
     const double t = static_cast<double>(side.ticks) * arm_.period;
@@ -172,13 +172,13 @@ class Closing {
     lead(side, (side.state == Side::State::Holding ? kStart : ramp) * force);
   }
 
-  /// Of the middle of its link; J_ is then of that point.
+  /// Velocity of the middle of its link for the joint step; sets J_ to the Jacobian of this point.
   Eigen::Vector3d calc_velocity(const Side& side, const VectorXd& step) {
     world::calc_point_jacobian(model_, kinematics_, side.link, kinematics_.X_WB[static_cast<std::size_t>(side.link)] * side.p_L, J_);
     return J_.topRows<3>() * step;
   }
 
-  /// One or two joints do not tell of place and direction: then what touches is taken to act on the middle of the link, against its motion.
+  /// One or two joints cannot tell place and direction of a contact. Its force is then assumed to act on the middle of the link, against its motion.
   void take_direction_of_motion(Side& side) {
     constexpr std::size_t kEnough = 3;
     VectorXd step = VectorXd::Zero(q_.size());
@@ -191,7 +191,8 @@ class Closing {
     side.felt->force = side.feeler.calc_force(side.link, side.p_L, X_WL.R.transpose() * side.felt->direction_W);
   }
 
-  /// Commands of its joints go on in the direction of the move by what presses the middle of its link with `force`, with all joints as springs.            (G.5)
+  /// Sets the commands of the side's joints ahead in the direction of the move, so that the middle of its link presses with `force`, as in (G.5) with the
+  /// softness of all joints.
   void lead(const Side& side, double force) {
     VectorXd step = VectorXd::Zero(q_.size());
     for (const int j : side.joints) step[j] = side.to[j] - side.from[j];
@@ -201,7 +202,7 @@ class Closing {
     for (const int j : side.joints) reference_[j] = q_[j] + force * softness / v.norm() * step[j];
   }
 
-  /// The next state of a side after a tick.
+  /// Sets the next state of a side after a tick.
   void advance(Side& side, double force, MoveResult& result) {
     const double t = static_cast<double>(side.ticks) * arm_.period;
     const bool touches = side.feeler.touches();
@@ -235,7 +236,7 @@ class Closing {
     }
   }
 
-  /// An alarm with nothing behind it.
+  /// Continues the move more slowly after a false alarm.
   void go_again(Side& side) {
     side.from = q_;
     side.speed = std::max(kSlower * side.speed, kSlowest * side.asked);
@@ -268,7 +269,7 @@ class Closing {
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics kinematics_;
   control::RowMatrix J_;
-  VectorXd q_, reference_;  ///< as measured; commanded (n_a)
+  VectorXd q_, reference_;  ///< measured joints; commanded joints (n_a)
   std::deque<Side> sides_;
   Status go_on_ = Status::Solved;
 };

@@ -17,7 +17,7 @@ VectorXd calc_joint_noise(const ControlScenario& arm) {
   return VectorXd::Constant(arm.model->n_a(), arm.observer.noise);
 }
 
-/// Links that one of the joints moves, as of SensorOptions.
+/// Names of the links that one of the joints moves, for SensorOptions.
 std::vector<std::string> find_moved(const world::Model& model, const std::vector<int>& joints) {
   std::vector<std::string> out;
   for (const world::Body& body : model.bodies()) {
@@ -52,7 +52,8 @@ Feeler::Feeler(const ControlScenario& arm, std::vector<int> joints, const sensin
   listen();
 }
 
-/// Dry friction shows where joints stick. What the fit of friction left beside noise wanders with the motion, within about a second.
+/// Adds errors of the friction model. Dry friction disturbs the torques of joints that stick. Torques that the friction fit left beside noise drift with the
+/// motion, within about a second.
 void Feeler::allow_for(const sensing::JointFriction& friction) {
   constexpr double kWander = 1;  // [s]
   friction_ = select(friction.coulomb.cwiseAbs());

@@ -14,12 +14,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// v₀: guarded moves are slow, and friction has its sign at a fifth of their joint speeds [rad/s or m/s].
+/// v₀, small because guarded moves are slow: friction has its full sign already at a fifth of their joint speeds [rad/s or m/s].
 constexpr double kStictionSpeed = 0.003;
 constexpr double kDuration = 8;                  ///< T [s]
-constexpr double kLowest = 0.8, kHighest = 1.6;  ///< f of the first and of the last joint [1/s]
+constexpr double kLowest = 0.8, kHighest = 1.6;  ///< frequency of the first and of the last joint [1/s]
 
-/// What moves the joints: tracking alone, since friction that is not known yet looks like contacts.
+/// The arm for this motion, with tracking alone: unknown friction would look like contacts to the controller.
 ControlScenario make_mover(const TouchScenario& scenario, const TouchRunOptions& options, const GuardedRunResult& out) {
   ControlScenario arm = make_guarded_arm(scenario, out, options.seed);
   arm.tool = -1;
@@ -39,7 +39,7 @@ VectorXd calc_posture(const ControlScenario& arm, double amplitude, double t) {
   return q.cwiseMax(arm.model->lower()).cwiseMin(arm.model->upper());
 }
 
-/// Joints whose torques are neither friction nor noise: something touched the arm. Empty: there is none.
+/// Names the first joint whose torques are neither friction nor noise, because something touched the arm. Empty: none.
 std::string name_disturbed(const ControlScenario& arm, const sensing::JointFriction& friction) {
   constexpr double kOfNoise = 3, kOfFriction = 0.5;
   for (Eigen::Index j = 0; j < friction.left.size(); ++j) {
@@ -70,7 +70,7 @@ Status find_friction(const TouchScenario& scenario, const TouchRunOptions& optio
       return out.status = out.run.status = go_on;
     }
     times.push_back(samples.back().time);
-    if (k > 0) v.col(k) = (q - before) / arm.period;  // of the period that the row is of
+    if (k > 0) v.col(k) = (q - before) / arm.period;  // mean speed in the period of this row
     if (samples.back().external.size() > 0) r.col(k) = samples.back().external;
     before = q;
   }

@@ -40,13 +40,13 @@ std::string_view to_string(MoveOutcome outcome) noexcept {
 
 namespace {
 
-// An edge, and how far beyond it a link is clear of the body [m].
+// An edge is detected if the tool drops by kEdgeDepth within kEdgeAlong; kBeyond past the edge, a link is clear of the body [m].
 constexpr double kEdgeAlong = 0.01, kEdgeDepth = 0.002, kBeyond = 0.2;
-constexpr double kFollow = 0.5;    ///< time in which a command that stays behind is made up for [s]
-constexpr double kMostBehind = 5;  ///< in leads
-constexpr double kAgile = 3;       ///< joint speeds of commands of a move that feels, in what the move needs
+constexpr double kFollow = 0.5;    ///< time constant for catching up with a command that stays behind [s]
+constexpr double kMostBehind = 5;  ///< largest lead for a command that stays behind, in asked forces
+constexpr double kAgile = 3;       ///< speed limit of commands in a guarded move, in the joint speeds that the move needs
 constexpr double kLeastShare = 1e-3;
-constexpr double kMost = 1.05;  ///< of the asked force, with which springs press
+constexpr double kMost = 1.05;  ///< largest share of the asked force with which springs press
 
 class GuardedRun {
  public:
@@ -75,7 +75,7 @@ class GuardedRun {
   }
 
  private:
-  /// Where the tool is, and the softness of the arm there.
+  /// Computes the place of the tool and its Jacobian.
   void locate() {
     VectorXd q_full = arm_.model->neutral();
     q_full.tail(q_.size()) = q_;
@@ -105,31 +105,32 @@ class GuardedRun {
 
   double calc_ahead(const Vector3d& direction) const { return direction.dot(reference_ - (tool_W_ - start_W_)); }
 
-  /// The force with which the command presses along a direction where it leads the arm.
+  /// Force with which the reference presses along a direction, from its lead over the arm [N].
   double calc_lead(const Vector3d& direction) const { return calc_ahead(direction) / calc_softness(direction); }
 
-  /// The command leads the arm along a direction by what presses with `force` (G.5).
+  /// Sets the lead of the reference along a direction so that it presses with `force` (G.5).
   void lead(const Vector3d& direction, double force) {
     reference_ += (force * calc_softness(direction) - calc_ahead(direction)) * direction;
   }
 
-  /// The force with which springs press along a direction by the command in force, whatever friction bears of it [N].
+  /// Force with which springs press along a direction with the command in force, including the part that friction bears [N].
   double calc_commanded(const Vector3d& direction) const {
     return direction.dot(J_.topRows<3>() * (out_.run.samples.back().q_cmd - q_)) / calc_softness(direction);
   }
 
-  /// lead(), where the command stays behind. Once it presses with kMost of what is asked it goes no farther: what held it back may let go at once.
+  /// lead() with a limit: once the command presses with kMost of the asked force, the lead grows no further. The cause that holds the arm back may vanish.
   void lead_within(const Vector3d& direction, double force, double asked) {
     lead(direction, calc_commanded(direction) > kMost * asked ? std::min(force, kMost * asked) : force);
   }
 
-  /// lead() beside a motion, which the command follows with a lag: the reference goes ahead by so much more as the command stays behind. @param behind  that, so far [N]
+  /// lead() during a motion, which the command follows with a lag: the reference leads by this lag as well.
+  /// @param behind  force that the command lacks so far [N]
   void lead_moving(const Vector3d& direction, double force, double& behind) {
     behind = std::clamp(behind + arm_.period / kFollow * (force - calc_commanded(direction)), 0.0, kMostBehind * force);
     lead(direction, force + behind);
   }
 
-  /// With joints that stick, commands of a move that feels are kAgile times as fast as it needs: the bound of a contact that noise makes up is then no kick.
+  /// If joints stick, limits commands of a guarded move to kAgile times the speed that it needs, so that the bound of a false contact causes no jerk.
   void limit_speed(const GuardedMove& move) {
     double share = 1;
     if (move.until && out_.friction) {
@@ -159,7 +160,7 @@ class GuardedRun {
       }
       if (press(move, result)) return;
       speed = std::max(kSlower * speed, kSlowest * move.speed);
-      left = *length - move.direction_W.dot(tool_W_ - from_W);  // the alarm was a false one
+      left = *length - move.direction_W.dot(tool_W_ - from_W);  // it was a false alarm
     }
     if (go_on_ != Status::Solved) return;
     if (move.press) {
@@ -179,7 +180,7 @@ class GuardedRun {
     if (go_on_ == Status::Solved) feeler_.start();
   }
 
-  /// How far to go. nullopt: the body of the gap is not in that direction.
+  /// Length of the move [m]. Empty: the body of the gap is not in its direction.
   std::optional<double> calc_length(const GuardedMove& move) const {
     if (!move.gap) return move.travel;
     const auto length = calc_approach(*out_.model, full(q_), arm_.tool, find_body(move.gap->body), move.direction_W, move.gap->distance);
@@ -198,7 +199,7 @@ class GuardedRun {
     return static_cast<int>(std::find_if(bodies.begin(), bodies.end(), [&](const auto& b) { return b.name == name; }) - bodies.begin());
   }
 
-  /// @returns whether what is felt ends the way, or begins anew after a false alarm; false at its end, or where the contact that is pressed is lost
+  /// Moves along the direction. @returns true if a touch ended the motion; false at its end
   bool go_along(const GuardedMove& move, double length, double speed) {
     const MoveProfile profile(std::max(0.0, length), speed);
     const Vector3d from = reference_;
@@ -211,11 +212,11 @@ class GuardedRun {
     return false;
   }
 
-  /// A move that presses. @returns whether it came to an edge
+  /// Moves along a surface while pressing on it. @returns true if it came to an edge
   bool slide(const GuardedMove& move, double length) {
     const MoveProfile profile(length, move.speed);
     const Vector3d from = reference_;
-    std::deque<std::pair<double, double>> way;  // along the move, and in the direction of the force
+    std::deque<std::pair<double, double>> way;  // place along the move, and in the direction of the force [m]
     const long ticks = static_cast<long>(std::ceil(profile.duration() / arm_.period)), window = std::lround(kMeasure / arm_.period);
     double behind = (share_ - 1) * move.press->force;
     share_ = 1;
@@ -235,22 +236,22 @@ class GuardedRun {
     return false;
   }
 
-  /// Nothing touches any more, or what is pressed on gives way faster than a surface leans.
+  /// True if nothing touches any more, or if the surface recedes faster than a tilted surface would.
   bool is_over_an_edge(const GuardedMove& move, std::deque<std::pair<double, double>>& way) const {
     way.emplace_back(move.direction_W.dot(tool_W_), move.press->direction_W.dot(tool_W_));
     while (way.back().first - way.front().first > kEdgeAlong) way.pop_front();
     return !feeler_.touches() || way.back().second - way.front().second > kEdgeDepth;
   }
 
-  /// The controller kept the command behind in most of the last measurement: then what is missing of the force is no reason to lead farther.
+  /// True if the controller limited the command in most of the last measurement: a missing force is then no reason for a larger lead.
   bool is_held_back() const {
     const auto& samples = out_.run.samples;
     const auto window = std::min(static_cast<std::ptrdiff_t>(std::lround(kMeasure / arm_.period)), std::ssize(samples));
     return 2 * std::count_if(samples.end() - window, samples.end(), [](const ControlSample& s) { return s.bounded; }) > window;
   }
 
-  /// Waits with a part of the force until the impact is over, presses with all of it, and measures.
-  /// @returns whether that ended the move; false: nothing touches after all
+  /// Waits with a part of the force until the impact is over, then presses with all of it and measures.
+  /// @returns true if this ended the move; false after a false alarm
   bool press(const GuardedMove& move, MoveResult& result) {
     const double alarm = loop_.time(), begin = alarm - feeler_.age(), force = move.until->force;
     const auto press_for = [&](double seconds, double from, double to) {
@@ -262,7 +263,7 @@ class GuardedRun {
       return feeler_.touches() && go_on_ == Status::Solved;
     };
     const double led =
-        out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart) : kStart;  // of joints that stick a jump kicks
+        out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart) : kStart;  // a jump jerks joints that stick
     if (!press_for(kHold, led, kStart)) return false;
     if (!press_for(kPress, kStart, 1)) return false;
     share_ = 1;
@@ -298,7 +299,8 @@ class GuardedRun {
 
   std::optional<FeltContact> describe(const std::vector<int>& links) { return describe_touch(feeler_, q_, links, loop_.time()); }
 
-  /// The body goes where the link says that it is. @param direction  in which the link comes to it  @param start  as of calc_approach() [m]
+  /// Moves the body named by `correct` in the model until it touches the link.
+  /// @param direction  in which the link approaches it  @param start  as in calc_approach() [m]
   void correct(const GuardedMove& move, int link, const Vector3d& direction, double start, MoveResult& result) {
     const auto further = calc_approach(*out_.model, full(q_), link, find_body(move.correct), direction, 0, start);
     if (!further) {
@@ -326,10 +328,10 @@ class GuardedRun {
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics kinematics_;
   control::RowMatrix J_;
-  VectorXd q_;                             ///< as measured
-  Vector3d tool_W_, start_W_;              ///< the tool now and at the start
-  Vector3d reference_ = Vector3d::Zero();  ///< of the tool, from its start [m]
-  double share_ = 1;                       ///< of the lead (G.5)
+  VectorXd q_;                             ///< measured joints (n_a)
+  Vector3d tool_W_, start_W_;              ///< position of the tool now and at the start [m]
+  Vector3d reference_ = Vector3d::Zero();  ///< reference displacement of the tool from its start [m]
+  double share_ = 1;                       ///< factor of the lead (G.5)
   Status go_on_ = Status::Solved;
 };
 

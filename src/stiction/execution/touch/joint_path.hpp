@@ -7,22 +7,22 @@
 
 namespace stiction::execution {
 
-/// Σ_j ℓ_j |Δq_j|: no point of the robots travels farther on the straight line between two postures [m].
+/// Upper bound Σ_j ℓ_j |Δq_j| of the travel of any point of the robots on the straight line between two postures [m].
 double calc_travel(const world::Model& model, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
 
-/// A polyline of postures, followed from rest to rest so that no point of the robots is faster than `speed`, (G.1). Corners are not stopped at.
+/// A polyline of postures in time, from rest to rest, on which no point of the robots is faster than `speed` (G.1). It does not stop at corners.
 class JointPath {
  public:
-  /// @param postures  (n_a) each, at least one    @param speed  [m/s], > 0
+  /// @param postures  at least one (n_a each)    @param speed  [m/s], > 0
   JointPath(const world::Model& model, std::vector<Eigen::VectorXd> postures, double speed);
 
   double duration() const { return duration_; }  ///< [s]
-  /// The posture at a time since its start; the ends are held.
+  /// Posture at a time since the start (n_a); the ends are held.
   Eigen::VectorXd at(double time) const;
 
  private:
   std::vector<Eigen::VectorXd> postures_;
-  std::vector<double> travelled_;  ///< up to each posture [m]
+  std::vector<double> travelled_;  ///< travel up to each posture [m]
   double duration_ = 0;
 };
 

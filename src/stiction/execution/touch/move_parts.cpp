@@ -22,7 +22,7 @@ double MoveProfile::at(double t) const {
 
 namespace {
 
-/// The largest force that a move asks for; infinite: none asks for one.
+/// Largest force that a move asks for; infinite if none asks for a force.
 double find_largest_force(const std::vector<GuardedMove>& moves) {
   double out = 0;
   for (const GuardedMove& move : moves) {
@@ -41,11 +41,11 @@ ControlScenario make_guarded_arm(const TouchScenario& scenario, const GuardedRun
     out.observer.coulomb = run.friction->coulomb, out.observer.viscous = run.friction->viscous;
     out.observer.stiction_speed = run.friction->stiction_speed;
     out.estimator.friction = run.friction->coulomb.cwiseAbs();
-    // Nothing is pressed harder for long: noise of joints that stick is no touch near an axis.
+    // No contact presses harder than this for long, so noise of joints that stick is not taken for a touch near an axis.
     out.estimator.plausible_force = std::min(out.estimator.plausible_force, kPlausible * find_largest_force(scenario.moves));
   }
   out.observer.seed = seed;
-  out.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough
+  out.demand = 0.125;  // the lead (G.5) limits the force itself, so damping within the lag of the estimates is enough
   return out;
 }
 
@@ -99,13 +99,13 @@ std::optional<FeltContact> describe_touch(Feeler& feeler, const Eigen::VectorXd&
       out.p_W = candidate.p_W, out.direction_W = candidate.f_W.normalized(), out.force = candidate.f_W.norm();
       return out;
     }
-    return std::nullopt;  // no place of this link explains the torques
+    return std::nullopt;  // no point of this link explains the torques
   }
   return std::nullopt;
 }
 
 void judge_move(const std::vector<ControlSample>& samples, std::size_t first, MoveResult& out) {
-  std::map<int, double> since;  // of pairs
+  std::map<int, double> since;  // begin of contact for each pair
   out.contact = out.end;
   double sum = 0;
   int late = 0;

@@ -25,7 +25,7 @@ world::FixedSpec make_ball(const std::string& name, const TouchedPlace& place, d
   return out;
 }
 
-/// The distance of the arm from everything, or from what stands still alone.
+/// Computes distances of the arm from all bodies, or from fixed bodies only.
 class Room {
  public:
   Room(const world::Model& model, bool fixed_alone) : model_(model), work_(model), q_(model.neutral()) {
@@ -44,9 +44,9 @@ class Room {
     return !contact::any_nearer(model_, work_.kinematics, pairs_, distance, work_.contact_work);
   }
 
-  /// The straight line between two postures is free. The arm is looked at in steps within which no gap shrinks by more than it was at the step's beginning:
-  /// both sides of a pair may move, and no point of either travels farther than (G.1) says. The line keeps half of the clearance, or the gap that it has at an
-  /// end where that is less; there a step shrinks gaps by half of a clearance at most, and what lies between two looks overlaps by less than a quarter of it.
+  /// True if the straight line between two postures is free. Postures are checked in steps within which no gap shrinks by more than its size at the step's
+  /// begin: both sides of a pair may move, and no point of either travels farther than (G.1). The line keeps half of the clearance, or the smaller gap at one
+  /// of its ends. In that case a step shrinks gaps by at most half of the clearance, and an overlap between two checks is less than a quarter of it.
   bool is_free(const VectorXd& from, const VectorXd& to, double clearance) {
     const double travel = calc_travel(model_, from, to), half = 0.5 * clearance;
     const double least = std::min({half, calc_gap(from), calc_gap(to)});
@@ -60,7 +60,7 @@ class Room {
   }
 
  private:
-  /// The smallest gap where nothing overlaps; else any number < 0 [m].
+  /// Smallest gap if nothing overlaps, else any negative number [m].
   double calc_gap(const VectorXd& q_a) {
     place(q_a);
     return contact::calc_min_distance(model_, work_.kinematics, pairs_, 0, work_.contact_work);
@@ -77,10 +77,10 @@ class Room {
   std::vector<int> pairs_;
 };
 
-/// Of several paths the one along which the arm travels least; paths of random trees differ by a factor.
+/// Number of paths searched, of which the one with the least travel is taken: the lengths of paths from random trees differ by a factor.
 constexpr int kPaths = 8;
 
-/// Room that is kept: the share of the length of the robots that regrasps keep as well.
+/// Options of the path search. The clearance is the share of the length of the robots that regrasps keep as well.
 contact::PathOptions make_path_options(const world::Model& known) {
   contact::PathOptions out;
   out.clearance = world::share::kClearance * known.scales().robots().length;
@@ -89,7 +89,7 @@ contact::PathOptions make_path_options(const world::Model& known) {
   return out;
 }
 
-/// Nothing simulates a route before the arm follows it: every line of it is looked at once more.
+/// Checks every line of a path once more, since no simulation tests a route before the arm follows it.
 bool is_free(Room& room, std::span<const VectorXd> path, double clearance) {
   for (std::size_t i = 1; i < path.size(); ++i)
     if (!room.is_free(path[i - 1], path[i], clearance)) return false;
@@ -118,7 +118,7 @@ void find_shortest(const world::Model& model, const VectorXd& goal, const contac
     for (std::size_t i = 1; i < path.size(); ++i) travel += calc_travel(model, path[i - 1], path[i]);
     if (out.outcome == PathOutcome::Found && travel >= out.travel) continue;
     out.outcome = outcome, out.travel = travel, out.postures = std::move(path);
-    if (out.postures.size() == 2) return;  // the straight line
+    if (out.postures.size() == 2) return;  // a straight line cannot be improved
   }
 }
 
@@ -131,7 +131,7 @@ double TouchMap::find_radius(const TouchedPlace& place, std::span<const VectorXd
   for (int k = 0; k <= kHalves; ++k, radius /= 2) {
     world::Scene scene = known_->scene();
     scene.fixed = {make_ball("touch", {place.p_W, place.n_W, 0}, radius)};
-    scene.filters.clear(), scene.contacts.clear();  // they may name what is left out
+    scene.filters.clear(), scene.contacts.clear();  // they may name bodies that are left out
     const auto model = world::Model::make(scene);
     Room room(*model, true);
     if (std::all_of(visited.begin(), visited.end(), [&](const VectorXd& q_a) { return room.is_at_least(q_a, -place.spread); }))
@@ -166,7 +166,7 @@ Route find_route(const TouchMap& map, std::span<const VectorXd> way, const Vecto
     if (i == 0) {
       out.outcome = PathOutcome::StartBlocked;
     } else if (!room.is_at_least(goal, 0)) {
-      out.outcome = PathOutcome::GoalBlocked;  // find_path would only keep away from it until the end
+      out.outcome = PathOutcome::GoalBlocked;  // find_path would search until its limit
     } else {
       out.retreat.push_back(way[i - 1]);
       find_shortest(*out.model, goal, options, random, control, room, out);

@@ -35,11 +35,11 @@ std::string_view to_string(TouchOutcome outcome) noexcept {
 
 namespace {
 
-constexpr std::uint64_t kRouteStream = 2;  ///< of random numbers
-constexpr double kTrail = 0.02;            ///< postures of the way are kept this far apart, of the largest joint [rad, L]
-/// A contact counts once it was felt for so many time constants of what the torques go through: estimates have settled after half of that.
+constexpr std::uint64_t kRouteStream = 2;  ///< stream of random numbers
+constexpr double kTrail = 0.02;            ///< spacing of the recorded postures, by the largest joint difference [rad, L]
+/// A contact is reported after it was felt for this many time constants of the estimates, which have settled after half of this time.
 constexpr double kPress = 10;
-constexpr double kArrive = 1.0;  ///< after its path the arm waits for its springs, at most [s]
+constexpr double kArrive = 1.0;  ///< longest wait for the springs to rest after a path [s]
 
 /// Estimates of one contact over some ticks.
 struct Estimate {
@@ -58,10 +58,10 @@ struct Estimate {
   }
 };
 
-/// Contacts that were reported without a break until now.
+/// Collects contacts that were reported without a break until now.
 class Feeling {
  public:
-  /// @param lag  of the estimates behind contacts [s]    @param period  of a tick [s]
+  /// @param lag  lag of the contact estimates [s]    @param period  of a tick [s]
   Feeling(double lag, double period) : needed_(static_cast<int>(std::ceil(kPress * lag / period))) {}
 
   void add(const ControlSample& sample) {
@@ -75,7 +75,7 @@ class Feeling {
   void reset() { ticks_ = 0, estimates_.clear(); }
   bool is_sure() const { return ticks_ >= needed_; }
 
-  /// What explains the torques best first: that which was the likeliest most often.
+  /// Contacts in the order in which they explain the torques: first the one that was the most likely most often.
   std::vector<Estimate> ranked() const {
     std::vector<Estimate> out;
     for (const auto& [id, estimate] : estimates_) out.push_back(estimate);
@@ -85,7 +85,7 @@ class Feeling {
 
  private:
   int needed_, ticks_ = 0;
-  std::map<int, Estimate> estimates_;  ///< by the number of the contact
+  std::map<int, Estimate> estimates_;  ///< by the number of the contact, ControlSample::reported
 };
 
 class TouchRun {
@@ -158,13 +158,13 @@ class TouchRun {
     return false;
   }
 
-  /// The springs are where the reference left them, the arm somewhere else.
+  /// Prepends the reference to a retreat: the commands are at the reference, not at the measured posture.
   std::vector<VectorXd> joined(std::vector<VectorXd> retreat) const {
     retreat.insert(retreat.begin(), reference_);
     return retreat;
   }
 
-  /// @param forward  the way grows, and what is felt ends the path    @returns whether that was so
+  /// Follows postures. @param forward  the way is recorded, and a contact ends the path    @returns true if a contact ended it
   bool follow(std::vector<VectorXd> postures, bool forward) {
     const JointPath path(model_, std::move(postures), scenario_.speed);
     const auto ticks = static_cast<long>(std::ceil(path.duration() / arm_.period));
@@ -173,7 +173,7 @@ class TouchRun {
     return forward && feeling_.is_sure();
   }
 
-  /// At the end of a path, until the springs rest.
+  /// Waits at the end of a path until the springs rest. @returns true if a contact was felt
   bool wait() {
     const auto ticks = static_cast<long>(std::ceil(kArrive / arm_.period));
     for (long k = 0; k < ticks && !feeling_.is_sure(); ++k)
@@ -197,7 +197,7 @@ class TouchRun {
     return go_on_ == Status::Solved;
   }
 
-  /// The likeliest contact that the arm has not passed through goes into the map.
+  /// Adds the most likely contact through which the arm has not passed to the map.
   void tell() {
     remember(out_.run.samples.back().q);
     const std::vector<Estimate> ranked = feeling_.ranked();
@@ -228,7 +228,7 @@ class TouchRun {
     give_up(TouchOutcome::Missed, fmt::format("a joint is {:.3g} from its goal and nothing is felt", error));
   }
 
-  /// Holds where it is.
+  /// Ends the run; the arm holds its measured posture.
   void give_up(TouchOutcome outcome, std::string reason) {
     out_.outcome = outcome, out_.reason = std::move(reason);
     if (out_.run.samples.empty()) return;
@@ -248,8 +248,8 @@ class TouchRun {
   Feeling feeling_;
   core::Random random_;
   VectorXd reference_;
-  std::vector<VectorXd> visited_;  ///< measured: the obstacle is outside of the arm in each
-  std::vector<VectorXd> way_;      ///< of these the ones on the way from the start
+  std::vector<VectorXd> visited_;  ///< measured postures, in each of which no obstacle overlaps the arm
+  std::vector<VectorXd> way_;      ///< those of the way from the start
   Status go_on_ = Status::Solved;
 };
 

@@ -15,9 +15,9 @@ namespace stiction::execution {
 
 namespace {
 
-constexpr std::uint64_t kPlaceStream = 1;  ///< of random numbers; the observer has 0 of the same seed
+constexpr std::uint64_t kPlaceStream = 1;  ///< stream of random numbers; the observer uses stream 0 of the same seed
 
-/// The first thing that the arm touches at q (n_q); empty: none.
+/// Name of the first body that the arm touches at q (n_q); empty: none.
 std::string find_touched(const world::Model& model, const Eigen::VectorXd& q) {
   contact::GeometryWorkspace work(model);
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
