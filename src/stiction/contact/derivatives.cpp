@@ -114,7 +114,8 @@ Eigen::Matrix2d calc_roll(const Workspace::Impl& w, const world::Kinematics& kin
   return g.shape.radius / (t.norm() * t.squaredNorm()) * in_frame * in_frame.transpose();
 }
 
-/// Coordinates of a free object's rotation turn each other's axes, whatever their order: δθ is in body axes, and R exp(δθ).
+/// First column whose axis the coordinate `dof` turns: its own column in a chain. The three rotation coordinates of a free object turn each
+/// other's axes in any order, because δθ is in body axes, R exp(δθ); for these it is the first rotation.
 int first_above(const world::Model& model, int dof, int column) {
   const world::Dof& d = model.dofs()[static_cast<std::size_t>(dof)];
   if (d.owner_kind != world::BodyKind::Object || d.kind != world::DofKind::Revolute) return column;
