@@ -41,8 +41,8 @@ void set_points(const Vector3d& middle, Distance& out) {
   out.p_WB = middle - 0.5 * out.phi * out.nhat_BA_W;
 }
 
-/// Sets the distance, the normal and the nearest points of two edges: the edge of A along its axis i that is farthest along −n, and the edge of B
-/// along its axis j that is farthest along n. @returns false if the points lie beyond the ends of the edges
+/// Sets the distance, the normal and the nearest points of two edges: the edge of A along its axis i that is farthest along −n, and the
+/// edge of B along its axis j that is farthest along n. @returns false if the points lie beyond the ends of the edges
 bool find_edge_points(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const Best& best, Distance& out) {
   const auto middle = [&](const ShapeData& s, const Pose& X, const Vector3d& d, int along) {
     const Vector3d l = X.R.transpose() * d;
@@ -61,8 +61,8 @@ bool find_edge_points(const ShapeData& a, const Pose& X_WA, const ShapeData& b, 
   return std::abs(s) <= h_a && std::abs(t) <= h_b;
 }
 
-/// Tests the axes perpendicular to an edge of each box. The cross product has a rounding error that is divided by the sine of a small angle. By
-/// construction this error is only equivalent to a turn of B by a few rounding errors.
+/// Tests the axes perpendicular to an edge of each box. The cross product has a rounding error that is divided by the sine of a small
+/// angle. By construction this error is only equivalent to a turn of B by a few rounding errors.
 void try_edges(const ShapeData& a, const Eigen::Matrix3d& R_WA, const ShapeData& b, const Eigen::Matrix3d& R_AB, const Vector3d& t,
                double limit, double tie, Best& best) {
   for (int i = 0; i < 3 && best.s < limit; ++i) {
@@ -203,7 +203,8 @@ void box_box_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, co
       return;
     }
   }
-  // Nearest points inside two edges, or of a face and a corner, were handled above. In the remaining case a corner is among the nearest points.
+  // Nearest points inside two edges, or of a face and a corner, were handled above. In the remaining case a corner is among the nearest
+  // points.
   Mean mean;
   const double least = find_corner_points(a, X_WA, b, X_WB, kTie * scale, mean);
   if (best.s > -tolerance && (least > kShort * scale || least > best.s + tolerance)) {

@@ -8,12 +8,14 @@
 
 namespace stiction::contact {
 
-/// A pair of links that nearly touch in the rest posture: their hulls in the robot file are closer than the clearance that other pairs keep.
+/// A pair of links that nearly touch in the rest posture: their hulls in the robot file are closer than the clearance that other pairs
+/// keep.
 struct ClosePair {
   int pair = -1;
   double gap = 0;  ///< gap in the rest posture [m], > 0
 
-  /// Clearance that this pair must keep: half of its gap at rest. It is smaller than that of other pairs, but large enough to avoid contact.
+  /// Clearance that this pair must keep: half of its gap at rest. It is smaller than that of other pairs, but large enough to avoid
+  /// contact.
   double clearance() const { return 0.5 * gap; }
 };
 

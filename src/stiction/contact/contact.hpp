@@ -26,7 +26,8 @@ enum class PatchSide : unsigned char {
   B
 };
 
-/// How a point of a patch moves. R is the body with the reference face, I the other body. The point on R is the projection of the point on I onto that face.
+/// How a point of a patch moves. R is the body with the reference face, I the other body. The point on R is the projection of the point on
+/// I onto that face.
 enum class PatchPoint : unsigned char {
   Vertex,    ///< the point of I is fixed in I
   Crossing,  ///< the point of I slides along an edge of I (direction edge_W) and stays on a side plane of R (normal side_W)
@@ -56,7 +57,8 @@ struct QueryOptions {
 };
 
 /// Scratch of a query; one per thread. It holds the shapes of the model in flat form. From earlier queries it keeps only separating
-/// directions, which show sooner that a pair is out of reach. Equal configurations therefore give equal bits, whatever the earlier queries were.
+/// directions, which show sooner that a pair is out of reach. Equal configurations therefore give equal bits, whatever the earlier queries
+/// were.
 class Workspace {
  public:
   /// @throws core::InvalidInput: a pair of two half-spaces, a mesh without a face
@@ -102,8 +104,8 @@ class Gaps {
  public:
   /// @param kinematics  kept by reference, as is `work`
   Gaps(const world::Model& model, const world::Kinematics& kinematics, Workspace& work);
-  /// Returns φ if φ < `enough` [m]. Otherwise it returns a lower bound of φ: the bound of the bounding spheres if that is at least `enough`, else `enough`.
-  /// Earlier queries with the same workspace do not change the result.
+  /// Returns φ if φ < `enough` [m]. Otherwise it returns a lower bound of φ: the bound of the bounding spheres if that is at least
+  /// `enough`, else `enough`. Earlier queries with the same workspace do not change the result.
   double calc(int pair, double enough);
   /// Call this after the kinematics changed.
   void forget() { stamp_ = 0; }

@@ -48,7 +48,8 @@ struct Best {
   }
 };
 
-/// Normal from two crossing edges or from a face of the nearest features. It is more accurate than a short vector between the nearest points.
+/// Normal from two crossing edges or from a face of the nearest features. It is more accurate than a short vector between the nearest
+/// points.
 void refine(const Minkowski& c, const Simplex& s, Best& best) {
   const auto of_a = [](const Corner& k) { return k.i; };
   const auto of_b = [](const Corner& k) { return k.j; };

@@ -11,8 +11,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Largest depth below a plane of the shape at which a witness point counts as lying on the plane, as a share of the bounding radius [-]. Witness
-/// points are accurate to 1e-9 of the sizes of both shapes (rounding, slack of the polish); ten times that is far below the size of any feature.
+/// Largest depth below a plane of the shape at which a witness point counts as lying on the plane, as a share of the bounding radius [-].
+/// Witness points are accurate to 1e-9 of the sizes of both shapes (rounding, slack of the polish); ten times that is far below the size of
+/// any feature.
 constexpr double kOnPlane = 1e-8;
 constexpr double kParallel = 1e-6;  // sine of the angle below which two straight edges count as parallel, as for two capsules
 

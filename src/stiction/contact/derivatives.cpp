@@ -100,8 +100,8 @@ detail::Rolling calc_rolling(const Workspace::Impl& w, const world::Kinematics& 
                               std::min(radius(pair.a), radius(pair.b)));
 }
 
-/// How far a point of a patch rolls over body I as the normal turns, in (t1, t2). Points of a capsule roll by its radius; points of a generator
-/// of a cylinder roll around the cylinder.
+/// How far a point of a patch rolls over body I as the normal turns, in (t1, t2). Points of a capsule roll by its radius; points of a
+/// generator of a cylinder roll around the cylinder.
 Eigen::Matrix2d calc_roll(const Workspace::Impl& w, const world::Kinematics& kinematics, const PairData& pair, const Contact& contact) {
   if (contact.reference == PatchSide::None) return Eigen::Matrix2d::Zero();
   const auto& g = w.geometries[static_cast<std::size_t>(contact.reference == PatchSide::A ? pair.b : pair.a)];

@@ -21,12 +21,12 @@ struct ContactDerivatives {
 ///     τ_c(q) = J_c(q)ᵀ λ   (k)        w_c(q) = φ(q) e₁ + J_c(q) δq   (3)
 ///
 /// at fixed components of λ and δq: the components turn with the contact frame and with the tangent space at q.
-/// The witness points and the normal move with the curvature of both surfaces, the frame with the normal, and the joint axes with the bodies
-/// that carry them. The cost is O(k²) for each contact; no heap use once `out` has its size.
+/// The witness points and the normal move with the curvature of both surfaces, the frame with the normal, and the joint axes with the
+/// bodies that carry them. The cost is O(k²) for each contact; no heap use once `out` has its size.
 ///
-/// The result is exact if the distance has second derivatives. At a kink it is the derivative for the feature on which the witness point lies
-/// (a vertex before an edge before a face). If two flat features lie on each other without a patch, the witness point stays fixed on A and
-/// the normal stays fixed to B. Points of patches move according to their PatchPoint.
+/// The result is exact if the distance has second derivatives. At a kink it is the derivative for the feature on which the witness point
+/// lies (a vertex before an edge before a face). If two flat features lie on each other without a patch, the witness point stays fixed on A
+/// and the normal stays fixed to B. Points of patches move according to their PatchPoint.
 /// @param J       Jacobians of the same contacts
 /// @param lambda  impulse of each contact (n, t1, t2)
 /// @param delta   δq (n_v)

@@ -80,7 +80,8 @@ class Expanding {
     return true;
   }
 
-  /// Projects the origin onto the plane of face k and finds the triangle in this plane that contains the projection: its corners and weights.
+  /// Projects the origin onto the plane of face k and finds the triangle in this plane that contains the projection: its corners and
+  /// weights.
   bool find_foot(int k, Simplex& out) const {
     const Vector3d m = faces_[k].normal, foot = faces_[k].d * m;
     for (int walk = 0; walk < kMostCorners; ++walk) {

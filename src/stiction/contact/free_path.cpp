@@ -39,8 +39,8 @@ class Travel {
     }
   }
 
-  /// Computes the bounds for one line. A hinge moves a point by at most its turn times the distance of the point from the axis. This distance
-  /// grows by at most the motion due to the later axes, and never exceeds the length of the path from axis to axis.
+  /// Computes the bounds for one line. A hinge moves a point by at most its turn times the distance of the point from the axis. This
+  /// distance grows by at most the motion due to the later axes, and never exceeds the length of the path from axis to axis.
   /// @param kinematics  kinematics at one end of the line
   void set_line(const world::Kinematics& kinematics, const Posture& from, const Posture& to) {
     for (std::size_t g = 0; g < begin_.size(); ++g) {
@@ -110,8 +110,8 @@ class FreeSpace {
     return longest;
   }
 
-  /// Whether the straight line is free. A pair is checked again where its motion may have used up its last known gap, but not before the gap
-  /// may have shrunk by the least clearance. Between two checked postures a gap is therefore never less than half of the clearance.
+  /// Whether the straight line is free. A pair is checked again where its motion may have used up its last known gap, but not before the
+  /// gap may have shrunk by the least clearance. Between two checked postures a gap is therefore never less than half of the clearance.
   bool line(const Posture& from, const Posture& to) {
     if (move(from, to) < kNoMove) return true;
     place(to);  // most blocked lines are blocked at their end
@@ -186,8 +186,8 @@ class FreeSpace {
     return most;
   }
 
-  /// Share of the line on which a pair certainly keeps its clearance, starting at the current posture; < 0 if it is too near now. A lower bound
-  /// of the gap is enough if it frees a good part of the remaining line, or of the share that the last gap freed.
+  /// Share of the line on which a pair certainly keeps its clearance, starting at the current posture; < 0 if it is too near now. A lower
+  /// bound of the gap is enough if it frees a good part of the remaining line, or of the share that the last gap freed.
   double calc_free(UnderWay& of, double left) {
     constexpr double kOfTheRest = 0.1, kOfTheLast = 0.5;
     const WatchedPair& pair = pairs_[of.index];

@@ -27,7 +27,8 @@ struct PathOptions {
 };
 
 /// Finds a collision-free path of the branches in `moving` from the robot posture in q to q_a_goal. The path leaves contact (retreat),
-/// crosses free space (bidirectional RRT, Kuffner & LaValle 2000, with shortcuts) and returns to contact. The objects stay at their poses in q.
+/// crosses free space (bidirectional RRT, Kuffner & LaValle 2000, with shortcuts) and returns to contact. The objects stay at their poses
+/// in q.
 /// @param path  postures after the start; the last one is q_a_goal (n_a each)
 /// Tests: tests/contact/free_path_test.cpp
 PathOutcome find_path(const world::Model& model, const world::RobotChains& chains, world::ChainMask moving, const Eigen::VectorXd& q,

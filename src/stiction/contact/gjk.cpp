@@ -57,8 +57,8 @@ bool is_inside(const Simplex& s) {
   return (sides[0] > 0 && sides[1] > 0 && sides[2] > 0 && sides[3] > 0) || (sides[0] < 0 && sides[1] < 0 && sides[2] < 0 && sides[3] < 0);
 }
 
-/// Reduces the simplex to the part that contains its point nearest to the origin. This part contains the newest corner, which is the last one.
-/// Returns false if the origin lies inside the simplex.
+/// Reduces the simplex to the part that contains its point nearest to the origin. This part contains the newest corner, which is the last
+/// one. Returns false if the origin lies inside the simplex.
 bool reduce(Simplex& s, double size, Vector3d& v) {
   if (s.n == 4 && is_inside(s)) return false;
   const int last = s.n - 1;

@@ -49,14 +49,14 @@ struct Simplex {
   int n = 0;
 };
 
-/// Finds the point v ≠ 0 of C nearest to the origin, and the simplex in which v lies (GJK). It stops when no point of C is nearer by more than
-/// `tolerance` [m], or when C is at least `enough` [m] away in the direction of v.
+/// Finds the point v ≠ 0 of C nearest to the origin, and the simplex in which v lies (GJK). It stops when no point of C is nearer by more
+/// than `tolerance` [m], or when C is at least `enough` [m] away in the direction of v.
 /// @returns false if the origin lies in C; then it lies in `simplex`, up to rounding
 bool find_nearest(const Minkowski& c, double tolerance, double enough, Simplex& simplex, Vector3d& v);
 
-/// Finds the shortest way from the origin out of C (EPA). On entry the origin lies in `simplex`, up to rounding. It stops when no point of C lies
-/// beyond the result by more than `tolerance` [m]. On return `simplex` has the corners around the point on the boundary, and m is the outward
-/// unit normal there.
+/// Finds the shortest way from the origin out of C (EPA). On entry the origin lies in `simplex`, up to rounding. It stops when no point of
+/// C lies beyond the result by more than `tolerance` [m]. On return `simplex` has the corners around the point on the boundary, and m is
+/// the outward unit normal there.
 /// @returns false if it ended early for lack of storage or digits; the result is then the best so far
 bool find_way_out(const Minkowski& c, double tolerance, Simplex& simplex, Vector3d& m);
 

@@ -10,9 +10,9 @@
 namespace stiction::contact::detail {
 namespace {
 
-/// Side planes are moved outwards by this share of the reference's radius. Two equal faces on each other then keep their own corners and do not
-/// exchange them for the crossings nearby. The shift decreases with the tilt between the faces and is zero from kSlackTilt on [rad]. The error of
-/// heights is at most a quarter of the product of both constants.
+/// Side planes are moved outwards by this share of the reference's radius. Two equal faces on each other then keep their own corners and do
+/// not exchange them for the crossings nearby. The shift decreases with the tilt between the faces and is zero from kSlackTilt on [rad].
+/// The error of heights is at most a quarter of the product of both constants.
 constexpr double kSlack = 1e-6, kSlackTilt = 1e-3;
 /// Cosine of the largest angle between the normal of a pair and that of its reference face (18°).
 constexpr double kReferenceCosine = 0.95;
@@ -29,8 +29,8 @@ enum class Owner {
 int vertex_code(Owner owner, int vertex) { return (owner == Owner::First ? 0 : 64) + vertex % 64; }
 int crossing_code(int edge_first, int edge_second) { return 128 + (edge_first % 11) * 11 + edge_second % 11; }
 
-/// Point of the rim of the cap on the side `end` (±1) that lies farthest along d, in W. If the cap is level up to rounding, the point moves to
-/// the middle of the cap, so that it does not jump when the cylinder tilts the other way.
+/// Point of the rim of the cap on the side `end` (±1) that lies farthest along d, in W. If the cap is level up to rounding, the point moves
+/// to the middle of the cap, so that it does not jump when the cylinder tilts the other way.
 Vector3d rim_point(const ShapeData& s, const Pose& X, const Vector3d& d, double end) {
   const Vector3d l = X.R.transpose() * d;
   const double least = kLevel * s.bounding_radius / (2 * std::max(s.radius, 1e-300));
@@ -101,8 +101,8 @@ class Gatherer {
   double slack_ = 0;
 };
 
-/// Selects the reference face: among the face of A and the face of B best aligned with the normal, the one with the larger separation. If this
-/// separation equals the distance of the pair, the face normal replaces the normal of the pair, which is inaccurate near contact.
+/// Selects the reference face: among the face of A and the face of B best aligned with the normal, the one with the larger separation. If
+/// this separation equals the distance of the pair, the face normal replaces the normal of the pair, which is inaccurate near contact.
 bool Gatherer::find_reference() {
   double most = -1e300;
   for (const Owner owner : {Owner::Second, Owner::First}) {
@@ -134,7 +134,8 @@ bool Gatherer::find_reference() {
 
 void Gatherer::add(double x, double y, double z, PatchPoint kind, const Vector3d& edge, const Vector3d& side, int code) {
   if (z >= options_.limit) return;
-  // No true contact point can be deeper than the distance of the pair. In deep penetration along another normal a corner may seem to be deeper.
+  // No true contact point can be deeper than the distance of the pair. In deep penetration along another normal a corner may seem to be
+  // deeper.
   if (z < d_.phi - kSame * scale_) return;
   Patch::Point& p = points_.emplace_back();
   const Vector3d foot = origin_ + x * e1_ + y * e2_;

@@ -62,8 +62,8 @@ bool has_patch(const ShapeData& a, const ShapeData& b);
 bool calc_patch(const Placed& a, const Placed& b, const Distance& d, bool certain, const PatchOptions& options, PatchScratch& scratch,
                 Patch& out);
 
-/// Computes the largest separation of two boxes over their fifteen axes. It is their distance unless a corner of one box is nearest to a corner
-/// or an edge of the other. If the separation is ≥ `limit`, the result may be any separation ≥ limit.
+/// Computes the largest separation of two boxes over their fifteen axes. It is their distance unless a corner of one box is nearest to a
+/// corner or an edge of the other. If the separation is ≥ `limit`, the result may be any separation ≥ limit.
 /// @returns true if it is the distance and two edges attain it at the witness points; false: see `certain` above
 bool box_box(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, double limit, Distance& out);
 

@@ -32,8 +32,8 @@ class Reducer {
   std::vector<Patch::Point>& points_;
 };
 
-/// Moves the points into the plane of a planar model and removes the out-of-plane part of their normals. In the plane a face is an edge, and an
-/// edge is a corner.
+/// Moves the points into the plane of a planar model and removes the out-of-plane part of their normals. In the plane a face is an edge,
+/// and an edge is a corner.
 void Reducer::flatten() {
   const int k = options_.planar_axis;
   for (Patch::Point& p : points_) {

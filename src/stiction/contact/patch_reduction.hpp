@@ -17,8 +17,8 @@ struct PatchFrame {
   double same;                  // heights and positions that differ by less count as equal [m]
 };
 
-/// Reduces scratch.gathered to at most Patch::kMost contacts, each with its own code. In a planar model the two ends and the lowest point stay.
-/// Of too many points, those stay that touch first if the bodies tilt on each other.
+/// Reduces scratch.gathered to at most Patch::kMost contacts, each with its own code. In a planar model the two ends and the lowest point
+/// stay. Of too many points, those stay that touch first if the bodies tilt on each other.
 void reduce_patch(const PatchFrame& frame, const PatchOptions& options, PatchScratch& scratch, Patch& out);
 
 }  // namespace stiction::contact::detail

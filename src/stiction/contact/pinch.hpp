@@ -23,16 +23,16 @@ struct Pinch {
 std::optional<Pinch> draw_pinch(const world::Model& model, const world::RobotChains& chains, int trunk, world::ChainMask draw,
                                 std::span<const char> touch, core::Random& random, std::vector<int>& scratch);
 
-/// Closes a pinch from the posture in q: the trunk takes the hand to the object, and the hand closes without touching its surroundings. If the two
-/// contacts do not face each other, the hand turns to the contact normal that was found and closes again.
+/// Closes a pinch from the posture in q: the trunk takes the hand to the object, and the hand closes without touching its surroundings. If
+/// the two contacts do not face each other, the hand turns to the contact normal that was found and closes again.
 /// @param q  configuration (n_q); changed in place
-/// @returns whether both parts touch the object, and the line between their middles uses at most 0.3 of the friction at both contacts; the remaining
-///   friction can carry the weight
+/// @returns whether both parts touch the object, and the line between their middles uses at most 0.3 of the friction at both contacts; the
+///   remaining friction can carry the weight
 bool close_pinch(const world::Model& model, const world::RobotChains& chains, Pinch pinch, int trunk, core::Random& random,
                  Eigen::VectorXd& q, GeometryWorkspace& work);
 
-/// Computes commands with which the jaws hold a free object against gravity by friction while the robot stays in the posture of q. The two contact
-/// forces are opposite and act along the line between the middles of the parts, so the trunk carries no load from them:
+/// Computes commands with which the jaws hold a free object against gravity by friction while the robot stays in the posture of q. The two
+/// contact forces are opposite and act along the line between the middles of the parts, so the trunk carries no load from them:
 ///
 ///     K (u − qᵃ) = (J_a − J_b)ᵀ f ,   m g/(2 μ) ≤ ‖f‖ ≤ 5 m g                                                                           (R.1)
 ///

@@ -35,8 +35,8 @@ struct Answer {
   Vector3d middle{0, 0, 0};    // midpoint of the witness points
   bool matched = false;        // the witness points lie on two features
 
-  // Whether no better answer exists. If the shapes are apart, the distance of the matched points equals the separation, which is a lower bound of
-  // the distance. In overlap, the separation has reached the upper bound.
+  // Whether no better answer exists. If the shapes are apart, the distance of the matched points equals the separation, which is a lower
+  // bound of the distance. In overlap, the separation has reached the upper bound.
   bool is_certain(const Pair& pair) const { return matched && (separation > 0 || separation >= pair.bound - kCertain * pair.scale); }
 
   void offer(const Pair& pair, const Vector3d& normal, bool points, const Vector3d& p_a, const Vector3d& p_b) {
@@ -97,7 +97,8 @@ void for_each_normal(const ShapeData& s, const Pose& X, Visit visit) {
   for (const Polytope::Face& face : s.polytope->faces) visit(Vector3d(X.R * face.normal));
 }
 
-// Visits the directions of the straight edges of a shape and the axis of a round shape, in W. Large meshes are left out: they have too many edges.
+// Visits the directions of the straight edges of a shape and the axis of a round shape, in W. Large meshes are left out: they have too many
+// edges.
 template <class Visit>
 void for_each_edge(const ShapeData& s, const Pose& X, Visit visit) {
   if (s.kind == Kind::Capsule || s.kind == Kind::Cylinder) visit(Vector3d(X.R.col(2)));
@@ -156,8 +157,8 @@ Vector3d project(const ShapeData& s, const Pose& X, const Vector3d& p) {
   return d.phi > 0 ? d.p_WB : p;
 }
 
-// Witness point of two flat features on each other, which is not unique. A is moved along n until the two shapes just touch; the result is the
-// middle of the two points that projecting back and forth reaches from `start`.
+// Witness point of two flat features on each other, which is not unique. A is moved along n until the two shapes just touch; the result is
+// the middle of the two points that projecting back and forth reaches from `start`.
 Vector3d find_common_point(const Pair& pair, const Answer& best, const Vector3d& start) {
   const Vector3d shift = best.separation * best.n;
   Vector3d y = start - best.n * best.n.dot(start) + best.n * core_support(pair.b, pair.X_WB, best.n);
@@ -177,7 +178,8 @@ void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose
   const Pair pair{a, X_WA, b, X_WB, r_a, r_b, a.bounding_radius + b.bounding_radius, bound};
   const double same = kSame * pair.scale;
   Answer best = refine(pair, d.nhat_BA_W, Features(d.p_WA + r_a * d.nhat_BA_W, same), Features(d.p_WB - r_b * d.nhat_BA_W, same));
-  // The answer may belong to another way out of the overlap. If a candidate direction separates more than the answer, the search restarts there.
+  // The answer may belong to another way out of the overlap. If a candidate direction separates more than the answer, the search restarts
+  // there.
   if (!best.is_certain(pair)) {
     double canonical = best.separation + 1e-12 * pair.scale;
     const Vector3d start = find_canonical(pair, canonical);

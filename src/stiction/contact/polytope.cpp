@@ -8,8 +8,8 @@
 namespace stiction::contact::detail {
 namespace {
 
-/// A triangle is merged with a face if its corners are this near to the plane of the face, as a share of the bounding radius [-]: mesh files
-/// hold floats of seven digits.
+/// A triangle is merged with a face if its corners are this near to the plane of the face, as a share of the bounding radius [-]: mesh
+/// files hold floats of seven digits.
 constexpr double kCoplanar = 1e-6;
 
 /// Corners of the convex hull of points in the plane of `face`, anticlockwise (monotone chain). Corners in line with their neighbours are

@@ -340,8 +340,8 @@ double calc_min_distance(const world::Model& model, const world::Kinematics& kin
   w.set_kinematics(kinematics);
   double best = std::numeric_limits<double>::infinity();
   Distance d;
-  // The pair of hulls that looks nearest is measured first, because its distance is likely to put the other pairs out of reach. It may end the
-  // search only at its place in the order, so the answer does not depend on which pair was measured first.
+  // The pair of hulls that looks nearest is measured first, because its distance is likely to put the other pairs out of reach. It may end
+  // the search only at its place in the order, so the answer does not depend on which pair was measured first.
   const int nearest = w.guess_nearest_hulls(pair_indices);
   if (nearest >= 0) w.narrow(nearest, std::numeric_limits<double>::infinity(), d);
   const double phi_nearest = nearest >= 0 ? d.phi : best;

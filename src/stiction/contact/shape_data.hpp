@@ -56,12 +56,12 @@ struct ShapeData {
 
 ShapeData make_shape_data(const world::Shape& shape);
 
-/// Same as make_shape_data(), but the tables of a mesh are built once and kept as long as the mesh lives. Building them for one link takes longer
-/// than hundreds of steps, and every workspace needs them.
+/// Same as make_shape_data(), but the tables of a mesh are built once and kept as long as the mesh lives. Building them for one link takes
+/// longer than hundreds of steps, and every workspace needs them.
 ShapeData find_shape_data(const world::Shape& shape);
 
-/// Radius by which the core of a shape is grown to the shape [m]. The core of a sphere is a point and that of a capsule a segment; any other
-/// shape is its own core (radius 0).
+/// Radius by which the core of a shape is grown to the shape [m]. The core of a sphere is a point and that of a capsule a segment; any
+/// other shape is its own core (radius 0).
 inline double core_radius(const ShapeData& s) { return s.kind == Kind::Sphere || s.kind == Kind::Capsule ? s.radius : 0.0; }
 
 /// Vertex of a mesh that is farthest along d, in the frame of the mesh; the first one at a tie.

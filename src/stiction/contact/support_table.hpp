@@ -14,7 +14,8 @@ namespace stiction::contact::detail {
 /// cell lists the points that may be the farthest for its directions.
 class SupportTable {
  public:
-  /// Points whose height is within this share of the size of the set (half the diagonal of its bounding box) of the largest are listed too [-].
+  /// Points whose height is within this share of the size of the set (half the diagonal of its bounding box) of the largest are listed too
+  /// [-].
   static constexpr double kNear = 1e-6;
 
   SupportTable() = default;

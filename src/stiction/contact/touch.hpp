@@ -8,11 +8,12 @@
 
 namespace stiction::contact {
 
-/// Brings pairs into contact, or to the wanted gaps, by Newton steps with the smallest motion of the moving joints. Each gap ends within half of
-/// 0.001 L of its wanted value.
+/// Brings pairs into contact, or to the wanted gaps, by Newton steps with the smallest motion of the moving joints. Each gap ends within
+/// half of 0.001 L of its wanted value.
 /// @param moving  flag per robot joint (n_a)  @param wanted  gap of each pair [m]; empty: 0
 /// @param q  configuration (n_q), changed in place
-/// @param work  its kinematics must be those of q at the start. Only the bodies of the pairs are updated; the other bodies are out of date afterwards
+/// @param work  its kinematics must be those of q at the start. Only the bodies of the pairs are updated; the other bodies are out of date
+///   afterwards
 /// Tests: tests/contact/free_path_test.cpp
 bool touch(const world::Model& model, std::span<const int> pairs, const std::vector<char>& moving, Eigen::VectorXd& q,
            GeometryWorkspace& work, std::span<const double> wanted = {});

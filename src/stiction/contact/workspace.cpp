@@ -141,8 +141,8 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
   reserve_scratch();
 }
 
-// In a planar model two shapes with centres in one plane overlap exactly as their sections do: the shortest way out stays in the plane. Bodies
-// turn about the axis across the plane only, so one configuration shows which shapes are straight along this axis.
+// In a planar model two shapes with centres in one plane overlap exactly as their sections do: the shortest way out stays in the plane.
+// Bodies turn about the axis across the plane only, so one configuration shows which shapes are straight along this axis.
 void Workspace::Impl::find_planes(const world::Model& model) {
   world::KinematicsWorkspace work(model);
   world::Kinematics kinematics;

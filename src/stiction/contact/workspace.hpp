@@ -47,7 +47,8 @@ struct Workspace::Impl {
     int begin = 0, count = 0, fixed = -1, other = -1;
   };
 
-  /// Columns [column, column + count) of a pair's Jacobian. They belong to the axes axis, axis + 1, … of Kinematics, which move A, B or both.
+  /// Columns [column, column + count) of a pair's Jacobian. They belong to the axes axis, axis + 1, … of Kinematics, which move A, B or
+  /// both.
   struct ColumnRun {
     int column = 0, axis = 0, count = 0;
     bool moves_a = false, moves_b = false;
@@ -81,8 +82,8 @@ struct Workspace::Impl {
   void reserve_scratch();
   const detail::ShapeData& shape_of(const PairData& pair, int geometry) const;
   const world::Pose& pose_of(int geometry);
-  /// Writes the contacts of a pair with phi < limit and returns their number, at most slots(pair). It is 0 if the pair is at least `near` apart.
-  /// near ≤ limit.
+  /// Writes the contacts of a pair with phi < limit and returns their number, at most slots(pair). It is 0 if the pair is at least `near`
+  /// apart. near ≤ limit.
   int fill(int pair, double limit, double near, Contact* out);
   int fill_patch(int pair, double limit, double near, Contact* out);
   int slots(int pair) const { return pairs[pair].patch ? detail::Patch::kMost : 1; }

@@ -116,8 +116,8 @@ class Solver {
     for (std::size_t t = 0; t < T_; ++t) f(p_.stages[t], w_.stages[t], t);
   }
 
-  /// Starts with zero inputs, or the nearest inputs inside the bounds, and with multipliers of the size of the gradient there. A start farther
-  /// away would let unstable dynamics grow the states until rounding leaves no correct digit.
+  /// Starts with zero inputs, or the nearest inputs inside the bounds, and with multipliers of the size of the gradient there. A start
+  /// farther away would let unstable dynamics grow the states until rounding leaves no correct digit.
   void start() {
     w_.stages.resize(T_);
     count_ = 0;
@@ -199,8 +199,8 @@ class Solver {
     return out;
   }
 
-  /// Bound of the distance to the minimum: f(u) − f* ≤ Σ s·z + Σ |residual| · width, since f is convex and every input lies within its bounds.
-  /// Rows that do not hold yet count with their multipliers. Residuals are linear: a step of length α leaves 1 − α of them.
+  /// Bound of the distance to the minimum: f(u) − f* ≤ Σ s·z + Σ |residual| · width, since f is convex and every input lies within its
+  /// bounds. Rows that do not hold yet count with their multipliers. Residuals are linear: a step of length α leaves 1 − α of them.
   double gap() { return count_ * complementarity() + unbalanced_; }
 
   /// Σ |residual| · width at the start.

@@ -80,7 +80,8 @@ class BoxLqWorkspace {
 };
 
 /// Solves (T.3) by a primal–dual interior-point method with Mehrotra's corrector. A Riccati recursion over (x_t, u_{t−1}) is the
-/// factorisation, so one iteration costs O(T (n + m)³). All iterates lie strictly within the bounds. Bounds closer than 1e-9 are widened to 1e-9.
+/// factorisation, so one iteration costs O(T (n + m)³). All iterates lie strictly within the bounds. Bounds closer than 1e-9 are widened to
+/// 1e-9.
 ///
 /// @returns Solved: gap ≤ tolerance | MaxIterations: `out` is the best feasible point | NumericalFailure
 /// @throws  core::InvalidInput: sizes that do not fit, a lower bound above its upper bound, numbers that are not finite

@@ -10,7 +10,8 @@ namespace stiction::trajopt {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-/// Diagonal weights of (T.1) in tangent coordinates [1/m² or 1/rad²], ≥ 0. Each field has one number for all coordinates, or one per coordinate.
+/// Diagonal weights of (T.1) in tangent coordinates [1/m² or 1/rad²], ≥ 0. Each field has one number for all coordinates, or one per
+/// coordinate.
 struct Weights {
   Eigen::VectorXd Q = Eigen::VectorXd::Constant(1, 1.0);     ///< weight of q_t, t = 0 … T − 1 (n_v)
   Eigen::VectorXd Qd = Eigen::VectorXd::Constant(1, 100.0);  ///< weight of q_T (n_v)

@@ -15,7 +15,8 @@ void add_rows(const LqStage& d, BoxLqWorkspace& work, Stage& s) {
   s.H.noalias() += d.Gu.transpose() * work.weighted_u;
 }
 
-/// Computes the linear terms of the cost to go, in increments from the current point: absolute inputs would lose the digits of small slacks.
+/// Computes the linear terms of the cost to go, in increments from the current point: absolute inputs would lose the digits of small
+/// slacks.
 void backward(const BoxLqProblem& problem, BoxLqWorkspace& work) {
   work.costate.setZero(problem.x0.size());  // linear terms of the cost to go in x_{t+1} (costate) and u_t (u_before)
   work.u_before.setZero(problem.R.size());
