@@ -11,8 +11,8 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kParallelEdges =
-    1e-13;  // sine of the angle below which two edges give no axis; the relative error from leaving the axis out is of this size
+// Sine of the angle below which two edges give no axis. The relative error from leaving the axis out is of this size.
+constexpr double kParallelEdges = 1e-13;
 constexpr double kTie = 1e-13;   // rounding error of a separation, as a share of the sizes; an edge axis must exceed the face axes by more
 constexpr double kSame = 1e-12;  // distances that differ by less count as equal, as a share of the sizes
 constexpr double kShort = 1e-7;  // a shorter vector between two points has too few digits to give a normal, as a share of the sizes

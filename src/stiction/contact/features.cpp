@@ -126,8 +126,7 @@ void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, double near,
       if (is_first && normal.dot(l) > 0 && normal.cross(l).squaredNorm() < near * near) add_face(m, plane, X, out);
       if (!is_near(w)) continue;
       const auto seen = std::find(walked.begin(), walked.begin() + n, w);
-      if (seen - walked.begin() > at)
-        add_edge(m, v, w, X, out);  // add the shared edge of two triangles once, from the corner visited first
+      if (seen - walked.begin() > at) add_edge(m, v, w, X, out);  // once per edge, from the corner visited first
       if (seen == walked.begin() + n && n < kMostWalked) walked[n++] = w;
     }
   }

@@ -19,7 +19,7 @@ struct GeometryWorkspace {
   Workspace contact_work;
   std::vector<Contact> contacts;
   std::vector<int> pairs;
-  const core::RunControl* control = nullptr;  // of the running search: long computations check it and end without a result after a stop
+  const core::RunControl* control = nullptr;  // control of the running search; after a stop, long computations end without a result
   bool stop() const { return control != nullptr && control->stop(); }
 };
 

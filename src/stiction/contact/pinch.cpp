@@ -20,18 +20,17 @@ namespace {
 
 constexpr int kJaws = 2;  // largest number of branches of a gripper
 constexpr int kReachSteps = 20;
-constexpr int kPatience = 4;        // steps in which the error must halve; a place that is out of reach fails this test
-constexpr double kMaxStep = 0.5;    // largest motion of a hinge per step [rad]
-constexpr double kThere = 0.1;      // tolerance of the middle between the jaws, as a share of the radius of the held geometry
-constexpr double kStraight = 0.02;  // tolerance of the axis between the jaws [rad]
-constexpr int kSwaps = 4;           // how often the touching geometry of a jaw may be replaced by one that protrudes farther
-constexpr int kInTheWay = 3;        // largest number of blocking pairs that are moved apart
-constexpr double kBlocked = 0.5;    // a pair that is nearer than this blocks the hand [contact tolerances of the robots]
-constexpr double kDamping = 1e-4;   // damping of the least squares, whose rows are of order 1
-constexpr double kOffCentre = 0.5;  // largest offset of a pinch from the centre of the held geometry, as a share of its radius
-constexpr int kRounds = 3;          // number of times the hand turns to the contact normal and closes again
-constexpr double kOfFragile =
-    0.5;  // share of the force limit of a fragile body that the jaws may use, since other contacts press on it too
+constexpr int kPatience = 4;         // steps in which the error must halve; a place that is out of reach fails this test
+constexpr double kMaxStep = 0.5;     // largest motion of a hinge per step [rad]
+constexpr double kThere = 0.1;       // tolerance of the middle between the jaws, as a share of the radius of the held geometry
+constexpr double kStraight = 0.02;   // tolerance of the axis between the jaws [rad]
+constexpr int kSwaps = 4;            // how often the touching geometry of a jaw may be replaced by one that protrudes farther
+constexpr int kInTheWay = 3;         // largest number of blocking pairs that are moved apart
+constexpr double kBlocked = 0.5;     // a pair that is nearer than this blocks the hand [contact tolerances of the robots]
+constexpr double kDamping = 1e-4;    // damping of the least squares, whose rows are of order 1
+constexpr double kOffCentre = 0.5;   // largest offset of a pinch from the centre of the held geometry, as a share of its radius
+constexpr int kRounds = 3;           // closing attempts; before each but the first, the hand turns to the contact normal found
+constexpr double kOfFragile = 0.5;   // share of the force limit of a fragile body for the jaws, since other contacts press on it too
 constexpr double kNoStrain = 1e-9;   // strain below which a joint does not limit the force, as a share of a joint unit
 constexpr double kOfFriction = 0.3;  // share of the friction that the line between the two parts may use
 

@@ -9,9 +9,8 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kNear = 0.05;  // features within this angle of the first normal are tried [rad]
-constexpr double kNearest =
-    1e-3;  // for meshes, features within this angle are tried first [rad]: a round part has more features within kNear than are tried
+constexpr double kNear = 0.05;      // features within this angle of the first normal are tried [rad]
+constexpr double kNearest = 1e-3;   // the same for a first try on meshes [rad]: a round part has too many features within kNear
 constexpr double kCertain = 2e-11;  // tolerance at which phi has reached its upper bound, as a share of the sizes
 constexpr double kSame =
     1e-3;  // largest error of the first witness points, as a share of the sizes; beyond it some pairs of features are tried in vain

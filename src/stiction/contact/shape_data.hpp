@@ -30,7 +30,7 @@ inline constexpr int kKinds = 6;
 /// Vertices, triangles and face planes of a convex mesh, one array per coordinate.
 struct MeshData {
   Eigen::Matrix3Xd vertices;  // copy of the mesh's, so that the data outlives the scene
-  SupportTable farthest;      // of the vertices
+  SupportTable farthest;      // support table of the vertices
   Eigen::Matrix3Xi triangles;
   Eigen::VectorXd nx, ny, nz, d;   // outward plane n·x = d of every triangle that has an area
   std::vector<int> face;           // triangle of each plane
@@ -101,8 +101,8 @@ struct Planar {
 /// Further input of a kernel besides its two shapes.
 struct KernelContext {
   Planar planar;
-  double limit = std::numeric_limits<
-      double>::infinity();  // the kernel may stop at a separation of at least this [m]; φ and the points may then be inexact
+  // The kernel may stop at a separation of at least this [m]; φ and the points may then be inexact.
+  double limit = std::numeric_limits<double>::infinity();
 };
 
 /// Computes the signed distance of two shapes, kind(a) ≤ kind(b).

@@ -69,14 +69,13 @@ struct Workspace::Impl {
   void add_columns(const world::Model& model, const world::Pair& p, PairData& data);
   void find_planes(const world::Model& model);
   void set_kinematics(const world::Kinematics& kinematics);
-  void set_kinematics(const world::Kinematics& kinematics,
-                      std::span<const int> pair_indices);  // for at least the geometries of these pairs
+  void set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices);  // at least for these pairs
   void place(int geometry, const world::Kinematics& kinematics);
   double distance2(int pair) const;                                  // squared distance of the bounding centres [m²]
   double lower_bound(int pair) const;                                // lower bound of phi [m]
   bool is_beyond(int pair, double limit) const;                      // phi ≥ limit, by a better bound than the bounding spheres
   double parted_by(int pair) const;                                  // separation along `parting`, a lower bound of phi for hulls
-  int guess_nearest_hulls(std::span<const int> pair_indices) const;  // by the lower bounds; −1 if there are no hulls
+  int guess_nearest_hulls(std::span<const int> pair_indices) const;  // pair with the smallest lower bound; −1 without hulls
   void narrow(int pair, double limit, Distance& out);                // if phi ≥ limit, phi may be a lower bound only
   void flatten(const PairData& pair, Distance& out) const;
   void reserve_scratch();

@@ -65,10 +65,9 @@ class BoxLqWorkspace {
     Eigen::MatrixXd W_xu, H;
     Eigen::LLT<Eigen::MatrixXd> llt;
     LqGains gains;
-    Eigen::VectorXd p_x, k;  // linear term of the cost to go, and k of the step du = K_x dx + K_u du_{t−1} + k
-    Eigen::VectorXd u, x_next, du, dx_next,
-        gradient;                      // iterate, step, and gradient of the Lagrangian without the multipliers of the bounds
-    Eigen::VectorXd s_lower, s_upper;  // slacks of the bounds
+    Eigen::VectorXd p_x, k;                            // linear term of the cost to go, and k of the step du = K_x dx + K_u du_{t−1} + k
+    Eigen::VectorXd u, x_next, du, dx_next, gradient;  // iterate, step, gradient of the Lagrangian without the multipliers of the bounds
+    Eigen::VectorXd s_lower, s_upper;                  // slacks of the bounds
     Eigen::VectorXd z_lower, z_upper, dz_lower, dz_upper;    // multipliers of the bounds
     Eigen::VectorXd s_row, y_row, ds_row, dy_row;            // slacks and multipliers of the rows
     Eigen::VectorXd center_lower, center_upper, center_row;  // target values of slack · multiplier

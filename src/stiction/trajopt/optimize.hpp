@@ -27,15 +27,15 @@ using InnerSolver = std::variant<SweepSolver, RecedingSolver>;
 /// so that the quadratic model cannot pull on an object. A 3-D cone is replaced by a pyramid around it, so that a zero step is always
 /// feasible (T.7). Needs the Analytic scheme, use_A and SweepSolver.
 struct ForceTrustRegion {
-  double max_distance =
-      0.02;      ///< only nearer contacts count [m], > 0: smoothed forces of far contacts are tiny and their linear model is useless
-  int rays = 8;  ///< number of rays of each pyramid, in [4, 64]
+  /// Only contacts nearer than this count [m], > 0. The smoothed forces of far contacts are tiny and their linear model is useless.
+  double max_distance = 0.02;
+  int rays = 8;           ///< number of rays of each pyramid, in [4, 64]
   double friction = 1.0;  ///< factor on every μ, > 0
 };
 
 struct OptimizeOptions {
-  dynamics::StepOptions
-      step;  ///< h, regularisation, friction and joint limits of all steps; the optimizer sets smoothing and with_… itself
+  /// h, regularisation, friction and joint limits of all steps. The optimizer sets smoothing and with_… itself.
+  dynamics::StepOptions step;
   dynamics::LocalModelScheme scheme = dynamics::Analytic{};  ///< scheme of the local models in the first iteration
   double kappa_growth = 1.1616;                              ///< κ_i = κ_0 · growthⁱ (Analytic), > 0; (2000/100)^(1/20) as published
   double std_decay = 0.8;                                    ///< std_i = std_0 / (i + 1)^decay (randomised), ≥ 0
