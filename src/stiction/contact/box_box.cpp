@@ -124,8 +124,8 @@ void clip(Corners& polygon, int axis, double side, double half) {
   polygon = out;
 }
 
-/// Finds the part of the other box I that lies over face k of box R (outward normal m), and the mean of the lowest corners of this part.
-/// @returns false if no corner has the height s
+/// Clips the lowest face of the other box I to the part over face k of box R (outward normal m). `out` is the mean of the lowest corners of
+/// this part. @returns false if no corner is as low as the height s
 bool find_face_points(const ShapeData& r, const Pose& X_WR, const ShapeData& i, const Pose& X_WI, int k, const Vector3d& m, double s,
                       double tolerance, Vector3d& out) {
   const Vector3d down = X_WI.R.transpose() * -m;

@@ -179,8 +179,8 @@ void from_support(const Vector3d& p_W, double s, const Pose& X_WB, Distance& out
   out.p_WA = out.p_WB + s * n;
 }
 
-// Position of the lowest point of an edge, from −1 to 1, for half length h and slope a (sine of its angle to the plane). For an edge that
-// is level to within `level`, the point moves through the middle from end to end without a jump.
+// Position of the lowest point along an edge, from −h to h, for half length h and slope a (sine of its angle to the plane). For an edge
+// that is level to within `level`, the point moves through the middle from end to end without a jump.
 double lower_end(double h, double a, double level) { return -h * std::clamp(2.0 * h * a / level, -1.0, 1.0); }
 
 constexpr double kLevel = 1e-7;  // smaller height differences count as level, as a share of the bounding radius [-]
