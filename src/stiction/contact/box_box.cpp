@@ -11,20 +11,21 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kParallelEdges = 1e-13;  // sine of the angle below which two edges give no axis: they lose that share of their length
-constexpr double kTie = 1e-13;            // rounding of a separation, of the sizes; an edge axis has to beat the faces by more
-constexpr double kSame = 1e-12;           // distances this near are one, of the sizes
-constexpr double kShort = 1e-7;           // a vector between two points this long has too few digits for a normal, of the sizes
+// Sine of the angle below which two edges give no axis. The relative error from leaving the axis out is of this size.
+constexpr double kParallelEdges = 1e-13;
+constexpr double kTie = 1e-13;   // rounding error of a separation, as a share of the sizes; an edge axis must exceed the face axes by more
+constexpr double kSame = 1e-12;  // distances that differ by less count as equal, as a share of the sizes
+constexpr double kShort = 1e-7;  // a shorter vector between two points has too few digits to give a normal, as a share of the sizes
 
-/// Largest separation over the axes met so far; n points from B to A.
+/// Largest separation over the axes tested so far; n points from B to A.
 struct Best {
   double s = -1e300;
-  int i = -1, j = -1;  // edges of A and B; −1 for none: of a face only one has a number
+  int i = -1, j = -1;  // axes of the edges of A and B; for a face axis one of the two is −1
   Vector3d n{0, 0, 1};
   bool is_edge() const { return i >= 0 && j >= 0; }
 };
 
-/// Points between the two boxes, each the middle of two nearest ones; their mean is another.
+/// Mean of the pairs of nearest points found so far; the mean is a pair of nearest points too.
 struct Mean {
   Vector3d a{0, 0, 0}, b{0, 0, 0};
   int n = 0;
@@ -40,8 +41,8 @@ void set_points(const Vector3d& middle, Distance& out) {
   out.p_WB = middle - 0.5 * out.phi * out.nhat_BA_W;
 }
 
-/// Sets distance, normal and the nearest points of the edge of A along its axis i and the edge of B along its axis j, those farthest along ∓n. False if they lie beyond the
-/// ends of the edges.
+/// Sets the distance, the normal and the nearest points of two edges: the edge of A along its axis i that is farthest along −n, and the
+/// edge of B along its axis j that is farthest along n. @returns false if the points lie beyond the ends of the edges
 bool find_edge_points(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const Best& best, Distance& out) {
   const auto middle = [&](const ShapeData& s, const Pose& X, const Vector3d& d, int along) {
     const Vector3d l = X.R.transpose() * d;
@@ -60,8 +61,8 @@ bool find_edge_points(const ShapeData& a, const Pose& X_WA, const ShapeData& b, 
   return std::abs(s) <= h_a && std::abs(t) <= h_b;
 }
 
-/// The axes square to an edge of each box. n is exactly square to both edges by construction: rounding of the cross product, divided
-/// by the sine of a small angle, then only stands for a turn of B by a few roundings.
+/// Tests the axes perpendicular to an edge of each box. The cross product has a rounding error that is divided by the sine of a small
+/// angle. By construction this error is only equivalent to a turn of B by a few rounding errors.
 void try_edges(const ShapeData& a, const Eigen::Matrix3d& R_WA, const ShapeData& b, const Eigen::Matrix3d& R_AB, const Vector3d& t,
                double limit, double tie, Best& best) {
   for (int i = 0; i < 3 && best.s < limit; ++i) {
@@ -82,7 +83,7 @@ void try_edges(const ShapeData& a, const Eigen::Matrix3d& R_WA, const ShapeData&
   }
 }
 
-/// Sets distance and normal. True: the axis is that of two edges, and they attain it in the points of `out`.
+/// Sets the distance and the normal. @returns true if the axis is that of two edges and they attain it in the points of `out`, or overlap
 bool find_axis(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, double limit, Best& best, Distance& out) {
   const Eigen::Matrix3d R = X_WA.R.transpose() * X_WB.R, Q = R.cwiseAbs();
   const Vector3d t_W = X_WA.p - X_WB.p;
@@ -92,13 +93,13 @@ bool find_axis(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const P
   for (int k = 0; k < 3; ++k) {
     if (s_b[k] > best.s + tie) best = {s_b[k], -1, k, sign(t_B[k]) * X_WB.R.col(k)};
   }
-  for (int k = 0; k < 3; ++k) {  // at a tie the face of B stays
+  for (int k = 0; k < 3; ++k) {  // at a tie the face of B is kept
     if (s_a[k] > best.s + 10 * tie) best = {s_a[k], k, -1, sign(t[k]) * X_WA.R.col(k)};
   }
   const Best face = best;
   try_edges(a, X_WA.R, b, R, t, limit, tie, best);
   const bool attained = best.is_edge() && find_edge_points(a, X_WA, b, X_WB, best, out);
-  // Edges that nearly lie in a face have its separation, and which of the parallel ones is the farthest is left to rounding.
+  // Edges that nearly lie in a face have the same separation as the face, and rounding decides which of the parallel edges is the farthest.
   if (!attained && best.s <= face.s + kSame * scale) best = face;
   out.phi = best.s;
   out.nhat_BA_W = best.n;
@@ -123,8 +124,8 @@ void clip(Corners& polygon, int axis, double side, double half) {
   polygon = out;
 }
 
-/// Over face k of box R, whose outward normal is m: the middle of the lowest corners of the part of the other box I that lies over it.
-/// False if there is none at the height s.
+/// Clips the lowest face of the other box I to the part over face k of box R (outward normal m). `out` is the mean of the lowest corners of
+/// this part. @returns false if no corner is as low as the height s
 bool find_face_points(const ShapeData& r, const Pose& X_WR, const ShapeData& i, const Pose& X_WI, int k, const Vector3d& m, double s,
                       double tolerance, Vector3d& out) {
   const Vector3d down = X_WI.R.transpose() * -m;
@@ -157,7 +158,7 @@ bool find_face_points(const ShapeData& r, const Pose& X_WR, const ShapeData& i, 
   return true;
 }
 
-/// Nearest points of which one is a corner; the mean where several are.
+/// Nearest points of which one is a corner of a box; the mean if there are several such pairs.
 double find_corner_points(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, double tolerance, Mean& mean) {
   std::array<double, 16> distance;
   std::array<Vector3d, 16> corner, nearest;
@@ -202,7 +203,8 @@ void box_box_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, co
       return;
     }
   }
-  // Interior points of two edges or of a face and a corner would have been met above: a corner is among the nearest points.
+  // Nearest points inside two edges, or of a face and a corner, were handled above. In the remaining case a corner is among the nearest
+  // points.
   Mean mean;
   const double least = find_corner_points(a, X_WA, b, X_WB, kTie * scale, mean);
   if (best.s > -tolerance && (least > kShort * scale || least > best.s + tolerance)) {

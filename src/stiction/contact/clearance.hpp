@@ -8,29 +8,31 @@
 
 namespace stiction::contact {
 
-/// A pair of links that nearly touch where the robot rests: hulls of the file that come nearer to each other than robots keep elsewhere.
+/// A pair of links that nearly touch in the rest posture: their hulls in the robot file are closer than the clearance that other pairs
+/// keep.
 struct ClosePair {
   int pair = -1;
-  double gap = 0;  ///< at rest [m] > 0
+  double gap = 0;  ///< gap in the rest posture [m], > 0
 
-  /// Half of the gap: less than what others keep, and enough not to touch.
+  /// Clearance that this pair must keep: half of its gap at rest. It is smaller than that of other pairs, but large enough to avoid
+  /// contact.
   double clearance() const { return 0.5 * gap; }
 };
 
-/// Pairs of links of one robot, and of links with fixed bodies, that are nearer than share::kClearance of the robots' length in the posture
-/// Scene::rest, or neutral(), ascending. They are found once for each workspace.
+/// Finds the close pairs: two links of one robot, or a link and a fixed body, that are nearer than share::kClearance of the robots' length
+/// in the posture Scene::rest, or else neutral(). The pairs are in ascending order and are computed once for each workspace.
 /// Tests: tests/contact/clearance_test.cpp
 std::span<const ClosePair> find_close_pairs(const world::Model& model, Workspace& work);
 
-/// Pairs by the clearance that they are to keep.
+/// Pairs sorted by the clearance that they must keep.
 struct PairClearances {
-  double usual = 0;                             ///< [m]
-  std::vector<int> pairs{};                     ///< that keep it
-  std::vector<std::pair<int, double>> close{};  ///< that keep less: one of their own
+  double usual = 0;                             ///< usual clearance [m]
+  std::vector<int> pairs{};                     ///< pairs that keep the usual clearance
+  std::vector<std::pair<int, double>> close{};  ///< pairs that keep a smaller clearance of their own: (pair, clearance [m])
 };
 PairClearances split_by_clearance(const world::Model& model, std::span<const int> pairs, double clearance, Workspace& work);
 
-/// Whether a pair is nearer than a share of its clearance.
+/// Whether any pair is nearer than `share` times its clearance.
 bool any_too_near(const world::Model& model, const world::Kinematics& kinematics, const PairClearances& pairs, double share,
                   Workspace& work);
 

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Witness points from the nearest surface point of B to a sphere centre: s is the signed distance of the centre to B's surface,
-// n the outward normal there.
+// Sets the witness points of a sphere from the surface point of B that is nearest to its centre. s is the signed distance of the centre to
+// B's surface, n the outward normal there.
 void from_center(const Vector3d& p_WCenter, double radius, double s, const Vector3d& n, Distance& out) {
   out.nhat_BA_W = n;
   out.phi = s - radius;
@@ -23,7 +23,7 @@ void from_center(const Vector3d& p_WCenter, double radius, double s, const Vecto
 
 bool across_plane(const Planar& planar, const Vector3d& n_W) { return planar.on && std::abs(n_W.dot(planar.axis_W)) > 0.5; }
 
-// A unit vector square to the unit vector u: column x of R, and in a planar model one that lies in the plane too.
+// A unit vector perpendicular to the unit vector u: column x of R, or in a planar model a vector that also lies in the plane.
 Vector3d perpendicular(const Vector3d& u, const Eigen::Matrix3d& R, const Planar& planar) {
   if (planar.on) {
     const Vector3d t = planar.axis_W.cross(u);
@@ -52,7 +52,7 @@ void nearest_parameters(const Segment& a, const Segment& b, double sin2, double&
     s = std::clamp(ab * t - ar, -a.h, a.h);
   }
   if (sin2 > 100.0 * kParallel2) return;
-  // Nearly parallel: s above is lost to rounding, but unless the axes meet the nearest point is an end of one of the two.
+  // Nearly parallel: s above has no correct digits. But unless the axes meet, a nearest point is an end of one of the segments.
   double best2 = (r + s * a.u - t * b.u).squaredNorm();
   const auto try_ends = [&](double s_end, double t_end) {
     const double d2 = (r + s_end * a.u - t_end * b.u).squaredNorm();
@@ -67,7 +67,7 @@ void nearest_parameters(const Segment& a, const Segment& b, double sin2, double&
   }
 }
 
-// Middle of the common part of two parallel segments, or the two ends that face each other.
+// Middle of the overlap of two parallel segments, or their facing ends if they do not overlap.
 void middle_parameters(const Segment& a, const Segment& b, double& s, double& t) {
   const double ab = a.u.dot(b.u), c = -a.u.dot(a.p - b.p);  // centre of b on a's axis
   const double hb = b.h * std::abs(ab);
@@ -76,7 +76,7 @@ void middle_parameters(const Segment& a, const Segment& b, double& s, double& t)
   t = std::clamp((middle - c) * (ab < 0 ? -1.0 : 1.0), -b.h, b.h);
 }
 
-// Outward normal and signed distance of a point to the surface of a box, cylinder or mesh, in its frame.
+// Outward normal and signed distance of a point to the surface of a box, cylinder or mesh, in the frame of the shape.
 struct PointDistance {
   double s;
   Vector3d n;
@@ -164,12 +164,13 @@ PointDistance point_mesh(const Vector3d& p, const MeshData& mesh, const Vector3d
     if (i != top && value > 0 && value * value < best2) visit(i);
   }
   const double length = std::sqrt(best2);
-  // On the surface to rounding: the plane's own normal.
+  // The point lies on the surface up to rounding: take the normal of the plane.
   if (length <= 1e-12 * mesh.radius) return {s, Vector3d(mesh.nx[top], mesh.ny[top], mesh.nz[top])};
   return {length, (p - nearest) / length};
 }
 
-// Half-space B against a support point of A that lies s above its plane. p_WA is shifted onto the level s by rounding at most.
+// Sets the answer for half-space B and a support point of A at height s over its plane. p_WA is moved to the height s, a shift of rounding
+// size.
 void from_support(const Vector3d& p_W, double s, const Pose& X_WB, Distance& out) {
   const Vector3d n = X_WB.R.col(2);
   out.nhat_BA_W = n;
@@ -178,11 +179,11 @@ void from_support(const Vector3d& p_W, double s, const Pose& X_WB, Distance& out
   out.p_WA = out.p_WB + s * n;
 }
 
-// −1 … 1: the end of an edge of half length h with slope a (sine of its angle to the plane) that points down. An edge that
-// is level to within `level` has its middle taken, and the point moves from end to end without a jump.
+// Position of the lowest point along an edge, from −h to h, for half length h and slope a (sine of its angle to the plane). For an edge
+// that is level to within `level`, the point moves through the middle from end to end without a jump.
 double lower_end(double h, double a, double level) { return -h * std::clamp(2.0 * h * a / level, -1.0, 1.0); }
 
-constexpr double kLevel = 1e-7;  // of the bounding radius: height differences below it count as level [-]
+constexpr double kLevel = 1e-7;  // smaller height differences count as level, as a share of the bounding radius [-]
 
 }  // namespace
 
@@ -247,7 +248,7 @@ void capsule_capsule_kernel(const ShapeData& a, const Pose& X_WA, const ShapeDat
   out.phi = length - a.radius - b.radius;
   Vector3d middle = 0.5 * (qa - a.radius * n + qb + b.radius * n);
   const double weight = kParallel2 * kParallel2 / (kParallel2 * kParallel2 + sin2 * sin2);
-  if (weight > 1e-12) {  // parallel: the point, but not phi and the normal, moves to the middle of the overlap
+  if (weight > 1e-12) {  // parallel axes: only the witness point moves to the middle of the overlap; phi and the normal stay
     double s_middle = 0, t_middle = 0;
     middle_parameters(sa, sb, s_middle, t_middle);
     middle += 0.5 * weight * ((s_middle - s) * sa.u + (t_middle - t) * sb.u);

@@ -16,21 +16,21 @@
 namespace stiction::contact {
 namespace {
 
-constexpr double kSelfClearance = 0.5;  // between robot parts, and of the robot to fixed bodies [the same of the robots]
+constexpr double kSelfClearance = 0.5;  // least gap between robot parts, and to fixed bodies [contact tolerance of the robots]
 
 void update_kinematics(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
 }
 
-/// Values of a slider at which something that it carries may be beside an object: the objects' extent along the axis, seen from what
-/// lies farthest and nearest along it. Uses the kinematics of the workspace, in which the slider is at `value`.
+/// Range of a slider's position in which a geometry that it carries may lie beside an object. Bounding spheres along the slider axis
+/// give the range. Uses the kinematics of the workspace, in which the slider is at `value`.
 std::pair<double, double> slider_range(const world::Model& model, std::span<const int> object_pairs, int joint, double value,
                                        const GeometryWorkspace& work) {
   const Eigen::Vector3d axis = work.kinematics.axis_W.col(model.n_vu() + joint);
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const int i : object_pairs) {
     const auto& pair = model.pairs()[static_cast<std::size_t>(i)];
-    double place[2] = {0, 0}, radius = 0;  // along the axis: of the object's geometry, of the robot's
+    double place[2] = {0, 0}, radius = 0;  // centres along the axis: the object's geometry, the robot's geometry
     for (const int g : {pair.geometry_a, pair.geometry_b}) {
       const auto& geometry = model.geometries()[static_cast<std::size_t>(g)];
       const bool robot = model.bodies()[static_cast<std::size_t>(geometry.body)].kind == world::BodyKind::Robot;
@@ -43,7 +43,7 @@ std::pair<double, double> slider_range(const world::Model& model, std::span<cons
   return {low, high};
 }
 
-/// Range from which a joint is drawn: its limits, or for an unlimited slider the surroundings of the objects.
+/// Range from which a joint position is drawn: the joint limits, or the surroundings of the objects for an unlimited slider.
 std::pair<double, double> draw_range(const world::Model& model, std::span<const int> object_pairs, int joint, double value,
                                      const GeometryWorkspace& work) {
   const double lower = model.lower()[joint], upper = model.upper()[joint];
@@ -55,7 +55,7 @@ std::pair<double, double> draw_range(const world::Model& model, std::span<const 
   return {std::clamp(low, lower, upper), std::clamp(high, lower, upper)};
 }
 
-/// The pairs that branches move, apart by what may be touched.
+/// The pairs that the branches move: pairs with an object, which may be touched, and all others.
 struct Surroundings {
   std::vector<int> objects, others;
 
@@ -65,7 +65,7 @@ struct Surroundings {
     for (const int i : pairs) (chains.touches_object(i) ? objects : others).push_back(i);
   }
 
-  /// No pair is deeper than allowed: −kTouch with objects, kSelfClearance elsewhere.
+  /// Whether every pair has its least gap: −kTouch with objects, kSelfClearance for the others [contact tolerance of the robots].
   bool are_clear(const world::Model& model, GeometryWorkspace& work) const {
     const double tolerance = world::share::kContact * model.scales().robots().length;
     return !any_nearer(model, work.kinematics, others, kSelfClearance * tolerance, work.contact_work) &&
@@ -73,10 +73,10 @@ struct Surroundings {
   }
 };
 
-/// A posture of a branch, drawn near the present one or anywhere.
+/// Draws postures of some joints, near the present posture or anywhere in their ranges.
 class Draw {
  public:
-  /// @param object_pairs  pairs of what the branch moves with objects
+  /// @param object_pairs  pairs of an object and a geometry that the branch moves
   Draw(const world::Model& model, const GenericSampler& options, std::span<const int> joints, std::span<const int> object_pairs,
        const Eigen::VectorXd& q, const GeometryWorkspace& work)
       : model_(model), options_(options), joints_(joints) {
@@ -126,8 +126,9 @@ bool sample_chain(const world::Model& model, const world::RobotChains& chains, c
   return false;
 }
 
-/// Two parts of a hand that `trunk` carries, on opposite sides of an object. @param press  added to: how far commands go beyond the posture (n_a)
-/// @returns the branches; 0 where there are no such parts, or the draws were used up
+/// Draws a pinch: two parts of the hand that `trunk` carries touch opposite sides of an object.
+/// @param press  the offset of the command from the posture is added to it (n_a)
+/// @returns the moved branches; 0 if the hand has no such parts or the draws were used up
 world::ChainMask sample_pinch(const world::Model& model, const world::RobotChains& chains, const GenericSampler& options, int trunk,
                               world::ChainMask draw, core::Random& random, Eigen::VectorXd& q, Eigen::VectorXd& press,
                               GeometryWorkspace& work) {
@@ -181,7 +182,7 @@ std::optional<ContactSample> sample_contact(const world::Model& model, const wor
   std::vector<int> order = touching_chains(chains);
   std::erase_if(order, [&](int c) { return !(draw >> c & 1); });
   shuffle(order, random);
-  // What carries others goes first: a trunk would take fingers off the object again.
+  // A trunk is placed before the branches it carries; otherwise it would take their fingers off the object again.
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return chains.depth(a) < chains.depth(b); });
 
   ContactSample sample;

@@ -11,13 +11,13 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kTolerance = 1e-14;  // where GJK and EPA end, of the sizes [-]: polytopes end on an exact feature,
-// around a cylinder they only have to find where polish() starts, n̂ to 1e-3 rad at gaps of a thousandth.
+constexpr double kTolerance = 1e-14;  // tolerance of GJK and EPA, as a share of the sizes [-]. Polytopes end on an exact feature;
+// around a cylinder they only give the start of polish(), with n̂ accurate to 1e-3 rad at gaps of a thousandth.
 constexpr double kCurvedGap = 1e-9, kCurvedDepth = 1e-11;
-constexpr double kConsistent = 1e-11;  // largest difference between the two bounds of an answer, of the sizes [-]
+constexpr double kConsistent = 1e-11;  // largest difference between the two bounds of a proven answer, as a share of the sizes [-]
 constexpr double kParallel = 1e-13;    // sine of the angle below which two edges give no normal [-]
 
-/// Different corners of one of the cores in a simplex.
+/// The distinct corners of one core in a simplex.
 template <class Index>
 int count(const Simplex& s, const Index& index) {
   int n = 0;
@@ -29,7 +29,7 @@ int count(const Simplex& s, const Index& index) {
   return n;
 }
 
-/// An edge of one of the cores, in the axes of A: between the first two of its corners that differ.
+/// An edge of one core, in the axes of A, between its first two distinct corners.
 template <class Index, class Point>
 Vector3d find_edge(const Simplex& s, const Index& index, const Point& point) {
   for (int k = 1; k < s.n; ++k) {
@@ -48,7 +48,8 @@ struct Best {
   }
 };
 
-/// The normal that two crossing edges or a face of the nearest features have: a short or rounded vector between points tells it with fewer digits.
+/// Normal from two crossing edges or from a face of the nearest features. It is more accurate than a short vector between the nearest
+/// points.
 void refine(const Minkowski& c, const Simplex& s, Best& best) {
   const auto of_a = [](const Corner& k) { return k.i; };
   const auto of_b = [](const Corner& k) { return k.j; };
@@ -66,13 +67,13 @@ void refine(const Minkowski& c, const Simplex& s, Best& best) {
   const Vector3d u = find_edge(s, of_a, [](const Corner& k) { return k.a; }).normalized();
   Vector3d m = u.cross(find_edge(s, of_b, [](const Corner& k) { return k.b; }).normalized());
   if (m.norm() < kParallel) return;
-  // Square to one of the edges m has an error that keeps it square to both.
+  // If m is made perpendicular to one edge, its remaining error keeps it perpendicular to both.
   m = (m - u * u.dot(m)).normalized();
   m = (m - u * u.dot(m)).normalized();
   best.offer(c, m.dot(n) < 0 ? Vector3d(-m) : m);
 }
 
-/// The answer about the cores in `simplex`, along best.n, in W and with the radii of the shapes.
+/// Turns the answer for the cores in `simplex`, along best.n, into the answer for the shapes: in W and with their radii.
 void set_answer(const Minkowski& c, const Pose& X_WA, const Simplex& simplex, const Best& best, Distance& out) {
   const double r_a = core_radius(c.a()), r_b = core_radius(c.b());
   Vector3d middle = 0.5 * (r_b - r_a) * best.n;
@@ -94,7 +95,7 @@ void core_distance(const ShapeData& a, const Pose& X_WA, const ShapeData& b, con
   Simplex simplex;
   Vector3d v;
   Best best;
-  double bound = 0;  // of phi from above: of two points, or of a polytope within C
+  double bound = 0;  // upper bound of phi, from two points or from a polytope within C
   bool ends = true;
   if (find_nearest(c, (curved ? kCurvedGap : kTolerance) * c.size(), enough + slack, simplex, v)) {
     bound = v.norm();

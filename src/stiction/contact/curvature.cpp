@@ -11,8 +11,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Depth below a plane of the shape up to which a witness point counts as lying on it, of the bounding radius [-]. Witness points are
-/// good to 1e-9 of the sizes of both shapes, from rounding to the slack of the polish; ten times that is far below any size of a feature.
+/// Largest depth below a plane of the shape at which a witness point counts as lying on the plane, as a share of the bounding radius [-].
+/// Witness points are accurate to 1e-9 of the sizes of both shapes (rounding, slack of the polish); ten times that is far below the size of
+/// any feature.
 constexpr double kOnPlane = 1e-8;
 constexpr double kParallel = 1e-6;  // sine of the angle below which two straight edges count as parallel, as for two capsules
 
@@ -45,7 +46,7 @@ Surface mesh_surface(const ShapeData& s, const Pose& X_WG, const Vector3d& p) {
     if (out(i) > on) on = out(i), first = i;
   }
   on -= kOnPlane * s.bounding_radius;
-  constexpr double kSame = 1e-9;  // sine of the angle between planes that are one, cut into triangles
+  constexpr double kSame = 1e-9;  // sine of the angle below which two planes count as one plane that was cut into triangles
   const Vector3d n = normal(first);
   Vector3d edge = Vector3d::Zero();
   for (Eigen::Index i = 0; i < m.d.size(); ++i) {
@@ -63,7 +64,7 @@ Surface mesh_surface(const ShapeData& s, const Pose& X_WG, const Vector3d& p) {
 
 Surface capsule_surface(const ShapeData& s, const Pose& X_WG, const Vector3d& p, const Vector3d& m_W) {
   const Vector3d axis = X_WG.R.col(2);
-  const double z = p.z() - s.radius * axis.dot(m_W);  // of the point of the axis below p
+  const double z = p.z() - s.radius * axis.dot(m_W);  // coordinate of the axis point below p
   if (std::abs(z) >= s.half.z() - kOnPlane * s.bounding_radius) return make_round(s.radius);
   return {kInfinity, s.radius, axis};
 }
@@ -76,7 +77,7 @@ Surface cylinder_surface(const ShapeData& s, const Pose& X_WG, const Vector3d& p
   if (out_cap < on) return {kInfinity, s.radius, axis};
   // The rim: its support points turn with the radial part of the normal, by r/cos θ along the rim (6).
   const double radial = (m_W - axis * axis.dot(m_W)).norm();
-  if (radial < 1e-9) return make_round(kInfinity);  // a point of the rim under the normal of the cap
+  if (radial < 1e-9) return make_round(kInfinity);  // a rim point with the normal of the cap
   const Vector3d outwards = X_WG.R.col(0) * p.x() + X_WG.R.col(1) * p.y();
   return {s.radius / radial, 0, axis.cross(outwards)};
 }
@@ -92,7 +93,7 @@ Curve to_frame(const Surface& s, const Contact& c) {
   if (s.radius_along == s.radius_across) return out;
   const Eigen::Vector2d along(c.t1_W.dot(s.along_W), c.t2_W.dot(s.along_W));
   const double length = along.norm();
-  if (length < 1e-9) {  // no direction of a surface is along its normal: not a witness point
+  if (length < 1e-9) {  // a surface direction cannot lie along the normal, so this is no witness point
     out.radius[0] = out.radius[1] = 0;
     return out;
   }
@@ -101,7 +102,7 @@ Curve to_frame(const Surface& s, const Contact& c) {
   return out;
 }
 
-// Where both surfaces are flat along one direction, nothing says where along it they touch: the point of A counts as fixed in A.
+// If both surfaces are flat along one direction, the witness point is not unique along it: the point of A then counts as fixed in A.
 void separate_flats(Curve& a, const Curve& b) {
   const auto is_flat = [](double radius) { return radius == kInfinity; };
   const int flat_a = is_flat(a.radius[0]) + is_flat(a.radius[1]), flat_b = is_flat(b.radius[0]) + is_flat(b.radius[1]);
@@ -119,9 +120,9 @@ void separate_flats(Curve& a, const Curve& b) {
   }
 }
 
-/// Radius r as (L, r)/(L + r): how much the normal turns and how far the point goes, neither of them infinite.
+/// Radius r as (L, r)/(L + r): how much the normal turns and how far the point moves. Both are finite for any r.
 struct Projective {
-  Eigen::Matrix2d normal, point;  // E diag(·): of the coordinates along the two directions
+  Eigen::Matrix2d normal, point;  // E diag(·), applied to coordinates along the two directions
 };
 
 Projective to_projective(const Curve& curve, double length) {
@@ -135,7 +136,7 @@ Projective to_projective(const Curve& curve, double length) {
   return out;
 }
 
-// (D.4); false where the normal has no derivative.
+// Solves (D.4). Returns false if the normal has no derivative.
 bool solve_rolling(const Projective& a, const Projective& b, double phi, double length, Rolling& D) {
   Eigen::Matrix4d M;
   M << a.normal, b.normal, a.point, -b.point - phi / length * b.normal;
@@ -177,7 +178,7 @@ Rolling calc_rolling(const Surface& a, const Surface& b, const Contact& contact,
   separate_flats(curve_a, curve_b);
   Rolling D;
   if (!solve_rolling(to_projective(curve_a, length), to_projective(curve_b, length), contact.phi, length, D)) {
-    // Coincident centres or two vertices in one point: the normal is a choice, and stays with B.
+    // Coincident centres, or two vertices at one point: the normal is arbitrary and stays fixed to B.
     const Curve vertex{{0, 0}, Eigen::Matrix2d::Identity()}, plane{{kInfinity, kInfinity}, Eigen::Matrix2d::Identity()};
     solve_rolling(to_projective(vertex, length), to_projective(plane, length), contact.phi, length, D);
   }

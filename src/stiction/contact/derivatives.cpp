@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 using PairData = Workspace::Impl::PairData;
 using Run = Workspace::Impl::ColumnRun;
 
-/// Four coordinates side by side.
+/// The values of four coordinates, for SIMD.
 using Four = double __attribute__((vector_size(32)));
 
 inline Four all(double x) { return Four{x, x, x, x}; }
@@ -30,7 +30,7 @@ inline Four load(const double* from) {
 
 inline void store(double* to, const Four& x) { std::memcpy(to, &x, sizeof x); }
 
-/// A vector in the contact frame (n, t1, t2), of four coordinates or the same for all.
+/// A vector in the contact frame (n, t1, t2) for each of four coordinates, or one vector for all of them.
 struct Vec {
   Four n, t1, t2;
 };
@@ -41,17 +41,17 @@ inline Vec operator-(const Vec& a, const Vec& b) { return {a.n - b.n, a.t1 - b.t
 inline Vec operator*(const Four& s, const Vec& a) { return {s * a.n, s * a.t1, s * a.t2}; }
 inline Vec cross(const Vec& a, const Vec& b) { return {a.t1 * b.t2 - a.t2 * b.t1, a.t2 * b.n - a.n * b.t2, a.n * b.t1 - a.t1 * b.n}; }
 
-/// What is known of every coordinate of a support, and comes of it: rows of numbers, one for each coordinate.
+/// Rows of the table of inputs and intermediate results; each row has one number per coordinate of the support.
 enum Row {
-  kSpinA = 0,  // angular part of what it moves, for A and for B; 0 where it does not move that body
-  kMoveA = 3,  // linear part, at the witness point
+  kSpinA = 0,  // angular velocity of A, then of B, due to the coordinate; 0 if it does not move the body
+  kMoveA = 3,  // linear velocity at the witness point
   kSpinB = 6,
   kMoveB = 9,
-  kSumSpinA = 12,  // of δq over the coordinates whose axes it leaves alone, those before first_above
+  kSumSpinA = 12,  // sums of δq over the coordinates whose axes it does not move, those before first_above
   kSumMoveA = 15,
   kSumSpinB = 18,
   kSumMoveB = 21,
-  kSpin = 24,        // angular part, whatever it moves
+  kSpin = 24,        // angular velocity, for either body
   kFirstAbove = 27,  // first coordinate whose axis it turns: itself in a chain, the first rotation in a free object
   kMovesA = 28,      // 0 or 1
   kMovesB = 29,
@@ -64,7 +64,7 @@ enum Row {
   kRows = 48
 };
 
-/// One contact on its way through the computation.
+/// The data of one contact during the computation.
 struct Pass {
   const Workspace::Impl& work;
   const PairData& pair;
@@ -73,11 +73,11 @@ struct Pass {
   const double* J;
   detail::Rolling rolling;
   Vector2d spin;
-  Vector3d edge, side;                // of a point of a patch, in the contact frame
-  Eigen::Matrix2d roll;               // and how it rolls
+  Vector3d edge, side;                // Contact::edge_W and side_W of a point of a patch, in the contact frame
+  Eigen::Matrix2d roll;               // rolling of this point, see the function that computes it
   double* rows;                       // kRows × padded
   int padded = 0;                     // columns, a multiple of four
-  Vector3d sum_spin[2], sum_move[2];  // of δq over all coordinates, for A and B
+  Vector3d sum_spin[2], sum_move[2];  // sums of δq over all coordinates, for A and B
 
   double* row(int r) const { return rows + r * padded; }
   Vec get(int r, int j) const { return {load(row(r) + j), load(row(r + 1) + j), load(row(r + 2) + j)}; }
@@ -100,21 +100,22 @@ detail::Rolling calc_rolling(const Workspace::Impl& w, const world::Kinematics& 
                               std::min(radius(pair.a), radius(pair.b)));
 }
 
-/// How far a point of a patch rolls over body I as the normal turns, in (t1, t2): the ends of a capsule and the points of its axis, by its
-/// radius, and those of a generator of a cylinder, around it.
+/// How far a point of a patch rolls over body I as the normal turns, in (t1, t2). Points of a capsule roll by its radius; points of a
+/// generator of a cylinder roll around the cylinder.
 Eigen::Matrix2d calc_roll(const Workspace::Impl& w, const world::Kinematics& kinematics, const PairData& pair, const Contact& contact) {
   if (contact.reference == PatchSide::None) return Eigen::Matrix2d::Zero();
   const auto& g = w.geometries[static_cast<std::size_t>(contact.reference == PatchSide::A ? pair.b : pair.a)];
   if (g.shape.kind == detail::Kind::Capsule) return g.shape.radius * Eigen::Matrix2d::Identity();
   if (g.shape.kind != detail::Kind::Cylinder || contact.kind != PatchPoint::Crossing) return Eigen::Matrix2d::Zero();
   const Vector3d axis = kinematics.X_WB[static_cast<std::size_t>(g.body)].R * g.X_BG.R.col(2);
-  if (std::abs(axis.dot(contact.edge_W)) < 0.5) return Eigen::Matrix2d::Zero();  // an edge between points of the cap
-  const Vector3d t = axis.cross(contact.nhat_BA_W);                              // as long as the radial part of the normal
+  if (std::abs(axis.dot(contact.edge_W)) < 0.5) return Eigen::Matrix2d::Zero();  // the edge connects points of the cap
+  const Vector3d t = axis.cross(contact.nhat_BA_W);                              // its length is that of the radial part of the normal
   const Vector2d in_frame(contact.t1_W.dot(t), contact.t2_W.dot(t));
   return g.shape.radius / (t.norm() * t.squaredNorm()) * in_frame * in_frame.transpose();
 }
 
-/// Coordinates of a free object's rotation turn each other's axes, whatever their order: δθ is in body axes, and R exp(δθ).
+/// First column whose axis the coordinate `dof` turns: its own column in a chain. The three rotation coordinates of a free object turn each
+/// other's axes in any order, because δθ is in body axes, R exp(δθ); for these it is the first rotation.
 int first_above(const world::Model& model, int dof, int column) {
   const world::Dof& d = model.dofs()[static_cast<std::size_t>(dof)];
   if (d.owner_kind != world::BodyKind::Object || d.kind != world::DofKind::Revolute) return column;
@@ -141,7 +142,7 @@ void fill_coordinates(const world::Model& model, const world::Kinematics& kinema
       const double d = ratio * delta[dof];
       const Vector3d relative(pass.J[i], pass.J[i + k], pass.J[i + 2 * k]), axis = kinematics.axis_W.col(index);
       const Vector3d w = revolute ? Vector3d(F * axis) : zero;
-      Vector3d a = relative;  // of A's point; of B's it is that minus `relative`
+      Vector3d a = relative;  // velocity of A's point; that of B's point is this minus `relative`
       if (run.moves_a && run.moves_b) {
         a = F * (revolute ? Vector3d(axis.cross(pass.contact.p_WA - kinematics.origin_W.col(index))) : axis);
       } else if (!run.moves_a) {
@@ -170,23 +171,23 @@ void fill_coordinates(const world::Model& model, const world::Kinematics& kinema
   for (int side = 0; side < 2; ++side) pass.sum_spin[side] = spin[side], pass.sum_move[side] = move[side];
 }
 
-/// How the frame and the points follow four coordinates.
+/// Motion of the contact frame and of the witness points due to four coordinates.
 struct Follow {
   Vec frame;         // angular velocity of the contact frame (D.5)
   Vec s_a, s_b;      // slip of the witness points over the bodies (D.3), (D.9)
-  Four beyond = {};  // what φ changes by beyond J_n
+  Four beyond = {};  // change of φ in addition to J_n
 };
 
 inline Four dot(const Vec& a, const Vec& b) { return a.n * b.n + a.t1 * b.t1 + a.t2 * b.t2; }
 
-/// A point of a patch (D.9): the normal turns with the body R of the reference face, the other one is I.
+/// Motion of a point of a patch (D.9): the normal turns with the body R of the reference face; the other body is I.
 inline Follow follow_patch(const Pass& pass, int j) {
   const bool b_is_reference = pass.contact.reference == PatchSide::B;
   const Vec w_r = pass.get(b_is_reference ? kSpinB : kSpinA, j), w = pass.get(b_is_reference ? kSpinA : kSpinB, j) - w_r,
             v = pass.get(kMoveA, j) - pass.get(kMoveB, j);
   const Four dn1 = w_r.t2, dn2 = -w_r.t1, zero = all(0.0), phi = all(pass.contact.phi);
   const Four outwards = all(b_is_reference ? 1.0 : -1.0);
-  const Vec u = outwards * Vec{v.n, v.t1 - phi * dn1, v.t2 - phi * dn2};  // of the point of I relative to R where it is
+  const Vec u = outwards * Vec{v.n, v.t1 - phi * dn1, v.t2 - phi * dn2};  // velocity of the material point of I relative to R
   // (ω_R − ω_I) × (the outward normal of I)
   const Four turn1 = outwards * w.t2, turn2 = -outwards * w.t1;
   const auto roll = [&](int r) { return all(pass.roll(r, 0)) * turn1 + all(pass.roll(r, 1)) * turn2; };
@@ -226,7 +227,7 @@ inline Vec velocity_change(const Pass& pass, int side, int j, const Vec& slip) {
          cross(pass.get(kSumSpinA + from, j), pass.get(kMoveA + from, j)) + cross(all(pass.sum_spin[side]), slip);
 }
 
-/// D_w_q, and the rows from kTurnFrame on.
+/// Computes D_w_q, and the rows from kTurnFrame on.
 void calc_gaps(const Pass& pass, double* D_w) {
   const int k = pass.pair.n_axes;
   const bool of_patch = pass.contact.reference != PatchSide::None;
@@ -249,7 +250,7 @@ void calc_gaps(const Pass& pass, double* D_w) {
   }
 }
 
-/// D_tau_q: entry (i, j) is J_i·force + w_i·torque, with one force and torque from first_above on and others below it (D.8).
+/// Computes D_tau_q. Entry (i, j) is J_i·force + w_i·torque; force and torque differ for i below first_above and from first_above on (D.8).
 void calc_wrenches(const Pass& pass, double* D_tau) {
   const int k = pass.pair.n_axes;
   const Four zero = all(0.0), one = all(1.0);
@@ -257,7 +258,7 @@ void calc_wrenches(const Pass& pass, double* D_tau) {
     const Run& run = pass.work.column_runs[static_cast<std::size_t>(r)];
     const Four a = all(run.moves_a), b = all(run.moves_b);
     for (int j = 0; j < k; j += 4) {
-      // Only where j moves all that the run moves do its coordinates turn with j.
+      // The axes of the run turn with j only if j moves every body that the run moves.
       const Four together = (one - a * (one - load(pass.row(kMovesA) + j))) * (one - b * (one - load(pass.row(kMovesB) + j)));
       const Vec force = pass.get(kTurnFrame, j), turn = together * pass.get(kTurnAxes, j);
       const Vec slip = a * pass.get(kSlipA, j) - b * pass.get(kSlipB, j), carry = a * pass.get(kCarryA, j) - b * pass.get(kCarryB, j);
@@ -279,7 +280,7 @@ void calc_wrenches(const Pass& pass, double* D_tau) {
   }
 }
 
-/// Of the largest pair with joints that follow others.
+/// Size of the largest pair that has joints which follow others.
 int calc_unfolded_size(const Workspace::Impl& w, std::span<const Contact> contacts) {
   int size = 0;
   for (const Contact& c : contacts) {
@@ -289,7 +290,7 @@ int calc_unfolded_size(const Workspace::Impl& w, std::span<const Contact> contac
   return size;
 }
 
-/// Rows of axes (n_axes × n_columns) to those of the coordinates that move them.
+/// Turns rows per axis (n_axes × n_columns) into rows per coordinate that moves the axes.
 void fold_rows(const Workspace::Impl& w, const PairData& pair, const double* from, double* to) {
   std::fill_n(to, pair.n_columns * pair.n_columns, 0.0);
   for (int a = 0; a < pair.n_axes; ++a) {
@@ -329,7 +330,7 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
   out.D_tau_q.resize(static_cast<std::size_t>(size));
   out.D_w_q.resize(J.values.size());
   const auto rows_size = static_cast<std::size_t>(kRows * ((static_cast<int>(w.axes.size()) + 3) / 4 * 4));
-  // Behind the rows, of a pair with joints that follow others: J, D_w and D_tau over its axes, and the last with its columns folded.
+  // After the rows, for a pair with joints that follow others: J, D_w and D_tau over its axes, and D_tau with folded columns.
   out.scratch.resize(rows_size + static_cast<std::size_t>(calc_unfolded_size(w, contacts)));
   if (out.scratch.size() > rows_size) detail::fill_screws(w, kinematics);
 

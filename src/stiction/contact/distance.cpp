@@ -34,7 +34,7 @@ std::shared_ptr<const MeshData> make_mesh_data(const world::ConvexMesh& mesh) {
     }
     const Vector3d p = mesh.vertices.col(tri[0]);
     const Vector3d cross = (mesh.vertices.col(tri[1]) - p).cross(mesh.vertices.col(tri[2]) - p);
-    if (cross.norm() <= 1e-14 * out->radius * out->radius) continue;  // a sliver: no plane of its own
+    if (cross.norm() <= 1e-14 * out->radius * out->radius) continue;  // a sliver has no reliable plane
     const Vector3d n = cross.normalized();
     planes.emplace_back(n.x(), n.y(), n.z(), n.dot(p));
     out->face.push_back(static_cast<int>(i));

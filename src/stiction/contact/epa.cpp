@@ -10,11 +10,11 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kSame = 1e-13;   // heights over a plane and lengths this small are rounding, of the sizes [-]
-constexpr double kFlat = 1e-9;    // thinner differences count as flat, of the sizes [-]
-constexpr double kLevel = 1e-12;  // 1 − cosine of the angle between normals of one plane [-]
+constexpr double kSame = 1e-13;   // smaller heights over a plane and lengths are rounding, as a share of the sizes [-]
+constexpr double kFlat = 1e-9;    // thinner Minkowski differences count as flat, as a share of the sizes [-]
+constexpr double kLevel = 1e-12;  // normals count as equal up to this value of 1 − cosine of their angle [-]
 
-/// A polytope within C, of triangles; grows by one corner at a time.
+/// A polytope of triangles within C. It grows by one corner at a time.
 class Expanding {
  public:
   explicit Expanding(double size) : same_(kSame * size) {}
@@ -53,7 +53,7 @@ class Expanding {
     return best;
   }
 
-  /// Takes in a corner beyond face `from`: the faces that it sees make way for those that join it to their rim.
+  /// Adds a corner beyond face `from`. New faces between this corner and the rim of the faces that it sees replace those faces.
   bool grow(const Corner& corner, int from) {
     corners_[n_corners_++] = corner;
     n_rim_ = 0;
@@ -80,7 +80,8 @@ class Expanding {
     return true;
   }
 
-  /// The corners around the foot of the origin on the plane of face k, with their weights: of the triangles in that plane the one that holds it.
+  /// Projects the origin onto the plane of face k and finds the triangle in this plane that contains the projection: its corners and
+  /// weights.
   bool find_foot(int k, Simplex& out) const {
     const Vector3d m = faces_[k].normal, foot = faces_[k].d * m;
     for (int walk = 0; walk < kMostCorners; ++walk) {
@@ -126,7 +127,7 @@ class Expanding {
     return true;
   }
 
-  /// Depth first, anticlockwise: the edges of the rim come out in their order around.
+  /// Depth first and anticlockwise, so that the edges of the rim appear in their order around it.
   bool look(int at, int before) {
     Face& f = faces_[at];
     if (!f.alive) return true;
@@ -152,7 +153,7 @@ class Expanding {
   std::array<RimEdge, kMostRim> rim_;
 };
 
-/// A corner along d, taken in if it is far enough.
+/// Finds the corner farthest along d and adds it if it is far enough.
 template <class Condition>
 void offer(const Minkowski& c, const Vector3d& d, Simplex& s, const Condition& is_far) {
   Corner& next = s.corner[s.n];
@@ -160,7 +161,7 @@ void offer(const Minkowski& c, const Vector3d& d, Simplex& s, const Condition& i
   if (is_far(next.w)) s.weight[s.n++] = 0;
 }
 
-/// Makes a tetrahedron of a simplex in which the origin lies. False if C is thinner than kFlat, with m square to it.
+/// Extends a simplex that contains the origin to a tetrahedron. Returns false if C is thinner than kFlat; m is then perpendicular to C.
 bool complete(const Minkowski& c, Simplex& s, Vector3d& m) {
   const double flat = kFlat * c.size();
   const Vector3d p = s.corner[0].w;
@@ -186,7 +187,7 @@ bool complete(const Minkowski& c, Simplex& s, Vector3d& m) {
 }  // namespace
 
 bool find_way_out(const Minkowski& c, double tolerance, Simplex& simplex, Vector3d& m) {
-  if (!complete(c, simplex, m)) return true;  // a sheet has its way out across it
+  if (!complete(c, simplex, m)) return true;  // the shortest way out of a flat C is perpendicular to it
   Expanding polytope(c.size());
   if (!polytope.start(simplex)) return false;
   for (;;) {

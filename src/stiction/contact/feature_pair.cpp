@@ -5,9 +5,9 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kParallel = 1e-13;  // sine of the angle below which two edges are parallel [-]: what they lose is this share of them
+constexpr double kParallel = 1e-13;  // sine of the angle below which two edges count as parallel [-]; the relative error is of this size
 
-// Rank-one curvature of a rim: −∂p/∂d t tᵀ as it enters the second derivative of the separation.
+// Rank-one curvature term of a rim, −∂p/∂d t tᵀ, in the second derivative of the separation.
 double curvature(const Feature& f, const Vector3d& n, Vector3d& t) {
   if (f.rim <= 0) return 0.0;
   const Vector3d u = n - f.rim_axis * f.rim_axis.dot(n);
@@ -17,7 +17,7 @@ double curvature(const Feature& f, const Vector3d& n, Vector3d& t) {
   return f.rim / length;
 }
 
-// The same by Newton's method, where the normal is not that of a face or of two edges.
+// Finds the normal by Newton's method, if it is not given by a face or by two edges.
 bool climb(const Feature& a, const Feature& b, Vector3d& n) {
   const Vector3d start = n;
   const bool edge = a.n_dirs + b.n_dirs == 1;
@@ -47,12 +47,12 @@ bool climb(const Feature& a, const Feature& b, Vector3d& n) {
     }
     const double size = step.norm();
     if (!std::isfinite(size)) return false;
-    // Where the gap is small against the rim a full step overshoots: shorten it until the separation grows.
+    // If the gap is small compared with the rim, a full step overshoots: shorten the step until the separation grows.
     double length = std::min(1.0, 0.1 / std::max(size, 1e-300));
     Vector3d next;
     for (int halving = 0; halving < 20; ++halving, length *= 0.5) {
       next = (n + T * step * length).normalized();
-      if (size < 1e-5 || next.dot(a.support(-next) - b.support(next)) >= g) break;  // near the end rounding would decide
+      if (size < 1e-5 || next.dot(a.support(-next) - b.support(next)) >= g) break;  // near convergence rounding would decide this test
     }
     n = next;
     if (n.dot(start) < 0.95) return false;
@@ -74,7 +74,8 @@ bool find_normal(const Feature& a, const Feature& b, Vector3d& n) {
   } else if (a.n_dirs + b.n_dirs == 2) {
     n = a.dir[0].cross(b.dir[0]);
     if (n.norm() < kParallel) return false;
-    // Between nearly parallel edges the cross product has few digits. Square to one of them n has an error that keeps it square to both.
+    // The cross product of nearly parallel edges has few digits. If n is made perpendicular to one edge, its remaining error keeps it
+    // perpendicular to both.
     n = (n - a.dir[0] * a.dir[0].dot(n)).normalized();
     n = (n - a.dir[0] * a.dir[0].dot(n)).normalized();
     n *= sign(n.dot(start));
@@ -132,7 +133,7 @@ namespace {
 // A rim, edge or axis as a curve p(t).
 struct Curve {
   const Feature& f;
-  Vector3d e1{0, 0, 0}, e2{0, 0, 0};  // of a rim: radius vectors at 0 and a quarter turn
+  Vector3d e1{0, 0, 0}, e2{0, 0, 0};  // radius vectors of a rim at 0 and at a quarter turn
   bool round = false;
   double t = 0;
 
@@ -145,7 +146,7 @@ struct Curve {
   Vector3d tangent() const { return round ? Vector3d(std::cos(t) * e2 - std::sin(t) * e1) : f.dir[0]; }
   Vector3d bend() const { return round ? Vector3d(-radius()) : Vector3d::Zero(); }
   void move_near(const Vector3d& p) { t = round ? std::atan2(e2.dot(p - f.point), e1.dot(p - f.point)) : f.dir[0].dot(p - f.point); }
-  double offset() const { return round ? 0.0 : f.rim; }  // the surface is this far from the curve
+  double offset() const { return round ? 0.0 : f.rim; }  // distance of the surface from the curve
 };
 
 constexpr double kFlatRim = 0.2;  // sine of the angle between a normal and the axis below which a rim is seen as a circle
@@ -155,7 +156,7 @@ constexpr double kFlatRim = 0.2;  // sine of the angle between a normal and the 
 bool is_flat_rim(const Feature& f, const Vector3d& n) { return f.n_dirs == 0 && f.rim > 0 && f.rim_axis.cross(n).norm() < kFlatRim; }
 
 int find_starts(const Feature& rim, const Feature& other, const Vector3d& n, const Vector3d& towards, Vector3d out[2]) {
-  Vector3d foot, along;  // of the line through both points, seen along n
+  Vector3d foot, along;  // line through both points, seen along n
   if (is_flat_rim(other, n)) {
     Vector3d r = other.point - rim.point;
     r -= n * n.dot(r);

@@ -6,10 +6,10 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr int kMostWalked = 64;  // corners of a mesh that are looked at
-constexpr double kNear = 0.05;   // of all shapes but meshes: features within this angle are tried [rad]
+constexpr int kMostWalked = 64;  // largest number of mesh corners that are visited
+constexpr double kNear = 0.05;   // features of shapes other than meshes within this angle are tried [rad]
 
-// How far p is from a feature at least.
+// Lower bound of the distance from p to a feature.
 double distance(const Feature& f, const Vector3d& p) {
   const Vector3d d = p - f.point;
   if (f.n_dirs == 2) {
@@ -104,7 +104,7 @@ void add_edge(const MeshData& m, int v, int w, const Pose& X, Features& out) {
   out.add(f);
 }
 
-// The corners near the top hang together: they are met on a walk over edges from the highest one.
+// The corners near the top are connected, so a walk over edges from the highest corner visits all of them.
 void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, double near, Features& out) {
   const MeshData& m = *s.mesh;
   const int highest = find_vertex(m, l);
@@ -126,7 +126,7 @@ void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, double near,
       if (is_first && normal.dot(l) > 0 && normal.cross(l).squaredNorm() < near * near) add_face(m, plane, X, out);
       if (!is_near(w)) continue;
       const auto seen = std::find(walked.begin(), walked.begin() + n, w);
-      if (seen - walked.begin() > at) add_edge(m, v, w, X, out);  // each edge of two triangles from the corner that was met first
+      if (seen - walked.begin() > at) add_edge(m, v, w, X, out);  // once per edge, from the corner visited first
       if (seen == walked.begin() + n && n < kMostWalked) walked[n++] = w;
     }
   }

@@ -10,8 +10,8 @@ namespace stiction::contact::detail {
 
 constexpr int kMostFeatures = 24;
 
-// A piece of the boundary of a convex core (a capsule counts as its axis), as its set of support points for directions d near
-// one: point + Σ c_k dir_k, |c_k| ≤ half_k, + rim · P d / ‖P d‖ with P the projection square to rim_axis.
+// A piece of the boundary of a convex core (for a capsule, of its axis). Its support points for directions d near a given one are
+// point + Σ c_k dir_k, |c_k| ≤ half_k, + rim · P d / ‖P d‖, where P projects onto the plane perpendicular to rim_axis.
 struct Feature {
   Vector3d point{0, 0, 0};
   int n_dirs = 0;
@@ -20,24 +20,24 @@ struct Feature {
   bool disc = false;  // the two c_k lie in a circle of radius half[0]
   double rim = 0;
   Vector3d rim_axis{0, 0, 1};
-  Vector3d normal{0, 0, 0};        // outward, of a face (n_dirs = 2)
-  const MeshData* mesh = nullptr;  // of a face of a mesh, which bounds the c_k
+  Vector3d normal{0, 0, 0};        // outward normal of a face (n_dirs = 2)
+  const MeshData* mesh = nullptr;  // mesh of a mesh face; the mesh bounds the c_k
   const Pose* X_WG = nullptr;
 
   Vector3d radial(const Vector3d& d) const {
-    // Twice, because for d near the axis the first difference keeps few digits.
+    // Projects twice, because the first difference keeps few digits if d is near the axis.
     const Vector3d u = (d - rim_axis * rim_axis.dot(d)).normalized();
     return (u - rim_axis * rim_axis.dot(u)).normalized();
   }
   Vector3d support(const Vector3d& d) const { return rim > 0 ? Vector3d(point + rim * radial(d)) : point; }
 };
 
-/// Features in the order in which they are tried: those that a point lies on first, of these corners and rims before edges before faces,
-/// then the others, the nearest first. Of too many the last are left out.
+/// Features in the order in which they are tried. Features that contain the point `at` come first: corners and rims, then edges, then
+/// faces. The others follow by increasing distance. If there are too many, the last are left out.
 class Features {
  public:
   Features() = default;
-  /// @param at  of the boundary of the core, to within `same` [m]
+  /// @param at  point on the boundary of the core, to within `same` [m]
   Features(const Vector3d& at, double same) : at_(at), same_(same), sorted_(true) {}
 
   void add(const Feature& f);
@@ -49,14 +49,14 @@ class Features {
 
   Vector3d at_{0, 0, 0};
   double same_ = 0;
-  bool sorted_ = false;  // otherwise in the order of add()
+  bool sorted_ = false;  // if false, features stay in the order of add()
   int n_ = 0;
   std::array<Feature, kMostFeatures> list_;
   std::array<int, kMostFeatures> place_;
   std::array<double, kMostFeatures> rank_;
 };
 
-/// Features of the core of a shape whose normals lie within `near` [rad] of d: of a mesh; of the other shapes within 0.05 rad.
+/// Finds the features of the core of a shape whose normals lie within `near` [rad] of d for a mesh, and within 0.05 rad for other shapes.
 void find_features(const ShapeData& s, const Pose& X, const Vector3d& d, double near, Features& out);
 
 }  // namespace stiction::contact::detail

@@ -23,12 +23,13 @@ namespace {
 
 using Posture = Eigen::VectorXd;
 
-/// Postures that differ by less are one [joint units].
+/// Two postures that differ by less count as equal [joint units].
 constexpr double kNoMove = 1e-12;
-/// Of a path that keeps no clearance, or nearly none: gaps are looked at after every move that may shrink them by this [L of the robots].
+/// Lower limit of the clearance that sets how often gaps are checked: a gap need not be checked again before it may have shrunk by this
+/// [L of the robots]. It matters for paths with little or no clearance.
 constexpr double kLeastClearance = 1e-3;
 
-/// How far geometries may move while the robots' joints go along a straight line.
+/// Upper bounds of the motion of geometries while the robots' joints move along a straight line.
 class Travel {
  public:
   explicit Travel(const world::Model& model) : model_(model) {
@@ -38,9 +39,9 @@ class Travel {
     }
   }
 
-  /// A hinge takes a point no farther than its distance from the axis, which grows by no more than what the axes behind the hinge move the point, and
-  /// is never larger than the way from axis to axis.
-  /// @param kinematics  at one end of the line
+  /// Computes the bounds for one line. A hinge moves a point by at most its turn times the distance of the point from the axis. This
+  /// distance grows by at most the motion due to the later axes, and never exceeds the length of the path from axis to axis.
+  /// @param kinematics  kinematics at one end of the line
   void set_line(const world::Kinematics& kinematics, const Posture& from, const Posture& to) {
     for (std::size_t g = 0; g < begin_.size(); ++g) {
       const world::Geometry& geometry = model_.geometries()[g];
@@ -69,15 +70,15 @@ class Travel {
     }
   }
 
-  /// Of any point of a geometry, by its axes from number `first` on [m].
+  /// Largest motion of any point of a geometry due to its axes from number `first` on [m].
   double of(int geometry, std::size_t first) const { return rest_[begin_[static_cast<std::size_t>(geometry)] + first]; }
 
   const world::Body& body_of(const world::Geometry& geometry) const { return model_.bodies()[static_cast<std::size_t>(geometry.body)]; }
 
  private:
   const world::Model& model_;
-  std::vector<std::size_t> begin_;  ///< per geometry
-  std::vector<double> rest_;        ///< per axis of its body: by this one and those behind it; 0 at the end
+  std::vector<std::size_t> begin_;  ///< per geometry: its first entry in rest_
+  std::vector<double> rest_;        ///< per axis of its body: motion due to this axis and the later ones [m]; 0 at the end
 };
 
 /// Collision queries of the moving branches among objects at rest.
@@ -102,18 +103,18 @@ class FreeSpace {
   const std::vector<int>& joints() const { return joints_; }
   bool stop() const { return work_.stop(); }
 
-  /// The longest move of a joint on the way, in joint units.
+  /// Largest motion of a joint between the two postures [joint units].
   double move(const Posture& from, const Posture& to) const {
     double longest = 0;
     for (const int j : joints_) longest = std::max(longest, std::abs(to[j] - from[j]) / model_.scales().joint(j));
     return longest;
   }
 
-  /// The straight line is free. Each pair is looked at again where its last gap may have been used up by what moves it, and not before it shrank
-  /// by the least clearance: between two postures that keep the clearance a gap is never less than half of it.
+  /// Whether the straight line is free. A pair is checked again where its motion may have used up its last known gap, but not before the
+  /// gap may have shrunk by the least clearance. Between two checked postures a gap is therefore never less than half of the clearance.
   bool line(const Posture& from, const Posture& to) {
     if (move(from, to) < kNoMove) return true;
-    place(to);  // where most of the lines that are blocked are
+    place(to);  // most blocked lines are blocked at their end
     const double longest = calc_travel(from, to);
     under_way_.clear();
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
@@ -146,15 +147,15 @@ class FreeSpace {
   struct WatchedPair {
     int pair;
     double clearance;   ///< [m]
-    int a, b;           ///< geometries
-    std::size_t apart;  ///< axes that both have, and that move them as one
-    double travel = 0;  ///< by how much the gap may shrink on the line in hand [m]
+    int a, b;           ///< geometries of the pair
+    std::size_t apart;  ///< number of leading axes that both bodies share; these axes do not change the gap
+    double travel = 0;  ///< by how much the gap may shrink on the current line [m]
   };
-  /// A pair that may come too near between two shares of a line.
+  /// A pair that may come too near on a part of the line; `from` and `to` are shares of the line in [0, 1].
   struct UnderWay {
     std::size_t index;
     double from, to;
-    double room = std::numeric_limits<double>::infinity();  ///< beyond its clearance when its gap was last known [m]
+    double room = std::numeric_limits<double>::infinity();  ///< gap minus clearance when the gap was last known [m]
   };
 
   void add(int index, double clearance) {
@@ -173,7 +174,8 @@ class FreeSpace {
     gaps_.forget();
   }
 
-  /// By how much gaps may shrink on the straight line, with the kinematics at its end. @returns the most, at least the least clearance [m]
+  /// Computes how much the gap of each pair may shrink on the straight line, from the kinematics at the end of the line.
+  /// @returns the largest of these values, but at least the least clearance [m]
   double calc_travel(const Posture& from, const Posture& to) {
     travel_.set_line(work_.kinematics, from, to);
     double most = least_;
@@ -184,8 +186,8 @@ class FreeSpace {
     return most;
   }
 
-  /// The share of the line on which a pair keeps its clearance for certain, as it is placed now; < 0: it does not keep it. A bound of the gap is enough
-  /// where it takes the pair a good part of what is left, or of what the last gap took it.
+  /// Share of the line on which a pair certainly keeps its clearance, starting at the current posture; < 0 if it is too near now. A lower
+  /// bound of the gap is enough if it frees a good part of the remaining line, or of the share that the last gap freed.
   double calc_free(UnderWay& of, double left) {
     constexpr double kOfTheRest = 0.1, kOfTheLast = 0.5;
     const WatchedPair& pair = pairs_[of.index];
@@ -195,7 +197,7 @@ class FreeSpace {
     return room < left * pair.travel ? room / pair.travel : left;
   }
 
-  /// What blocks one line is likely to block the next one. @returns false
+  /// Moves a blocking pair to the front, because it is likely to block the next line too. @returns false
   bool block(std::size_t i) {
     std::rotate(pairs_.begin(), pairs_.begin() + static_cast<std::ptrdiff_t>(i), pairs_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     return false;
@@ -205,7 +207,7 @@ class FreeSpace {
   GeometryWorkspace& work_;
   Gaps gaps_;
   Eigen::VectorXd q_;
-  double least_;  ///< a gap is looked at after every move that may shrink it by this [m]
+  double least_;  ///< least clearance: a gap is not checked again before it may have shrunk by this [m]
   std::vector<int> joints_;
   std::vector<WatchedPair> pairs_;
   Travel travel_;
@@ -241,7 +243,7 @@ struct PathTree {
   }
 };
 
-/// One extension towards the target by at most `step`; the new node, or −1 when the line is blocked.
+/// Extends the tree towards the target by at most `step`. @returns the new node, or −1 if the line is blocked
 int extend(PathTree& tree, const Posture& target, double step, FreeSpace& space) {
   const int near = tree.nearest(target);
   const Posture& from = tree.postures[static_cast<std::size_t>(near)];
@@ -252,7 +254,7 @@ int extend(PathTree& tree, const Posture& target, double step, FreeSpace& space)
 }
 
 std::pair<double, double> search_range(const world::Model& model, int joint, double a, double b) {
-  // The surroundings of the two ends; the limits where those are nearer.
+  // Range for random postures: around the two ends, cut off at the joint limits.
   const double pad = 0.8 * model.scales().joint(joint);
   return {std::max(model.lower()[joint], std::min(a, b) - pad), std::min(model.upper()[joint], std::max(a, b) + pad)};
 }
@@ -273,7 +275,7 @@ bool connect(const world::Model& model, const Posture& start, const Posture& goa
     const int grown = extend(trees[side], target, options.step, space);
     if (grown < 0) continue;
     const Posture reached = trees[side].postures[static_cast<std::size_t>(grown)];
-    for (;;) {  // the other tree goes for it greedily
+    for (;;) {  // the other tree grows greedily towards the new node
       const int other = extend(trees[1 - side], reached, options.step, space);
       if (other < 0) break;
       if (space.move(trees[1 - side].postures[static_cast<std::size_t>(other)], reached) > kNoMove) continue;
@@ -327,7 +329,7 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
 bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,
              GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path) {
   constexpr int kRounds = 30;
-  constexpr double kStep = 0.04;     // per round and joint, so that the straight line between rounds stays clear [rad, L]
+  constexpr double kStep = 0.04;  // largest motion per round and joint, small so that the straight line between rounds stays clear [rad, L]
   constexpr double kDamping = 1e-4;  // ρ [L²]
   const int n_a = model.n_a();
   const auto joints = joint_flags(model, chains.joints_of(moving));

@@ -15,11 +15,11 @@ struct GeometryWorkspace {
 
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
-  world::MovingLinks links;  // of a search over a few joints
+  world::MovingLinks links;  // links that move in a search over a few joints
   Workspace contact_work;
   std::vector<Contact> contacts;
   std::vector<int> pairs;
-  const core::RunControl* control = nullptr;  // of the search: long work looks at it, and comes to nothing once it is to stop
+  const core::RunControl* control = nullptr;  // control of the running search; after a stop, long computations end without a result
   bool stop() const { return control != nullptr && control->stop(); }
 };
 

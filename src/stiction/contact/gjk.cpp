@@ -10,10 +10,10 @@ namespace stiction::contact::detail {
 namespace {
 
 constexpr int kMostIterations = 128;
-constexpr double kRounding = 1e-15;  // of a coordinate, of the sizes [-]
-constexpr double kFlat = 1e-30;      // square of an area or length below which corners span nothing, of the sizes [-]
+constexpr double kRounding = 1e-15;  // rounding error of a coordinate, as a share of the sizes [-]
+constexpr double kFlat = 1e-30;      // squared area or length below which corners count as degenerate, as a share of the sizes [-]
 
-/// The best part of a simplex so far: its corners, their weights, and its nearest point.
+/// The best part of a simplex so far: its corners, their weights and its point nearest to the origin.
 struct Nearest {
   int index[3] = {0, 0, 0};
   double weight[3] = {1, 0, 0};
@@ -50,14 +50,15 @@ void try_triangle(const Simplex& s, int i, int j, int k, double least, Nearest& 
   best.offer(m * (m.dot(p) / square), {i, j, k}, {l_p / sum, l_q / sum, l_r / sum});
 }
 
-/// The origin lies within the tetrahedron.
+/// Whether the origin lies within the tetrahedron.
 bool is_inside(const Simplex& s) {
   const Vector3d &p = s.corner[0].w, &q = s.corner[1].w, &r = s.corner[2].w, &x = s.corner[3].w;
   const double sides[] = {p.dot(q.cross(r)), -q.dot(r.cross(x)), r.dot(x.cross(p)), -x.dot(p.cross(q))};
   return (sides[0] > 0 && sides[1] > 0 && sides[2] > 0 && sides[3] > 0) || (sides[0] < 0 && sides[1] < 0 && sides[2] < 0 && sides[3] < 0);
 }
 
-/// Reduces the simplex to the part whose nearest point is that of the whole: it has the newest corner, the last. False inside.
+/// Reduces the simplex to the part that contains its point nearest to the origin. This part contains the newest corner, which is the last
+/// one. Returns false if the origin lies inside the simplex.
 bool reduce(Simplex& s, double size, Vector3d& v) {
   if (s.n == 4 && is_inside(s)) return false;
   const int last = s.n - 1;
@@ -100,13 +101,13 @@ bool find_nearest(const Minkowski& c, double tolerance, double enough, Simplex& 
     ++simplex.n;
     Vector3d nearer;
     if (!reduce(simplex, size, nearer)) return false;
-    if (nearer.squaredNorm() >= v2) {  // rounding has the last word
+    if (nearer.squaredNorm() >= v2) {  // rounding allows no further progress
       simplex = before;
       return true;
     }
     v = nearer;
   }
-  return true;  // as near as it came
+  return true;  // accept the best point so far
 }
 
 }  // namespace stiction::contact::detail

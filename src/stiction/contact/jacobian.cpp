@@ -15,8 +15,8 @@ using Four = double __attribute__((vector_size(32)));
 
 constexpr int kScrew = 8;  // doubles per coordinate: axis, moment about the origin, two unused
 
-// Rows n, t1, t2 (and 0) of a contact as forces through a point p. A coordinate with axis a and moment m about the origin gives
-// row r the number a·(p × r) + m·r; component k of torque and force of the rows stand side by side. docs/theory/contact.md §7.
+// Rows n, t1, t2 (and 0) of a contact as forces through a point p. For a coordinate with axis a and moment m about the origin, the entry of
+// row r is a·(p × r) + m·r. Component k of the torques and forces of all rows is stored contiguously. docs/theory/contact.md §7.
 struct Wrenches {
   Four torque[3], force[3];
 };
@@ -91,7 +91,7 @@ void detail::fill_axis_columns(const Workspace::Impl& w, const Contact& contact,
     const Workspace::Impl::ColumnRun& run = w.column_runs[r];
     const double* from = w.screw.data() + kScrew * run.axis;
     double* to = J + run.column;
-    if (run.moves_a && run.moves_b) {  // moved together: only the gap between the two points counts
+    if (run.moves_a && run.moves_b) {  // both bodies move together: only the vector between the two points counts
       Wrenches between = make_wrenches(rows, contact.p_WA - contact.p_WB, 1.0);
       between.force[0] = between.force[1] = between.force[2] = all(0.0);
       fill_columns(between, from, run.count, to, pair.n_axes);

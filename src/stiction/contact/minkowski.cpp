@@ -3,7 +3,7 @@
 namespace stiction::contact::detail {
 namespace {
 
-/// The farthest point of a core along d, both in its own frame.
+/// Farthest point of a core along d; the point and d are in the frame of the shape.
 int find_corner(const ShapeData& s, const Vector3d& d, Vector3d& p) {
   switch (s.kind) {
     case Kind::Capsule:

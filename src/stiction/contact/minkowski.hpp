@@ -8,14 +8,14 @@
 
 namespace stiction::contact::detail {
 
-/// A point of C and the points of both cores whose difference it is, in the axes of A.
+/// A point of C and the points of the two cores of which it is the difference, in the axes of A.
 struct Corner {
   Vector3d w, a, b;  // w = a − b
   int i = 0, j = 0;  // corners of the two cores; −1 on a rim
   bool is(const Corner& o) const { return i >= 0 && j >= 0 ? i == o.i && j == o.j : w == o.w; }
 };
 
-/// The cores of two shapes, with both placed in the axes of A around its origin.
+/// The cores of two shapes, both expressed in the frame of A.
 class Minkowski {
  public:
   Minkowski(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB);
@@ -49,13 +49,15 @@ struct Simplex {
   int n = 0;
 };
 
-/// The point v ≠ 0 of C nearest to the origin, with the simplex that it lies in, until no point of C is nearer by more than `tolerance` [m]
-/// (GJK), or until C is at least `enough` [m] away in the direction of v. False: the origin lies in C, in `simplex` to rounding.
+/// Finds the point v ≠ 0 of C nearest to the origin, and the simplex in which v lies (GJK). It stops when no point of C is nearer by more
+/// than `tolerance` [m], or when C is at least `enough` [m] away in the direction of v.
+/// @returns false if the origin lies in C; then it lies in `simplex`, up to rounding
 bool find_nearest(const Minkowski& c, double tolerance, double enough, Simplex& simplex, Vector3d& v);
 
-/// The shortest way out of C from the origin, which lies in `simplex` to rounding, until nothing of C lies beyond it by more than
-/// `tolerance` [m] (EPA): the place on the boundary, of which `simplex` has the corners, and the unit normal m there, outward.
-/// False: an end for want of room or digits, with the best so far.
+/// Finds the shortest way from the origin out of C (EPA). On entry the origin lies in `simplex`, up to rounding. It stops when no point of
+/// C lies beyond the result by more than `tolerance` [m]. On return `simplex` has the corners around the point on the boundary, and m is
+/// the outward unit normal there.
+/// @returns false if it ended early for lack of storage or digits; the result is then the best so far
 bool find_way_out(const Minkowski& c, double tolerance, Simplex& simplex, Vector3d& m);
 
 }  // namespace stiction::contact::detail

@@ -10,15 +10,15 @@
 namespace stiction::contact::detail {
 namespace {
 
-/// Side planes are moved outwards by this share of the reference's radius, so that faces of equal size on each other keep their own
-/// corners and do not trade them for the crossings beside them. Less the more the faces are tilted, none from kSlackTilt on [rad]:
-/// heights err by at most a quarter of the product.
+/// Side planes are moved outwards by this share of the reference's radius. Two equal faces on each other then keep their own corners and do
+/// not exchange them for the crossings nearby. The shift decreases with the tilt between the faces and is zero from kSlackTilt on [rad].
+/// The error of heights is at most a quarter of the product of both constants.
 constexpr double kSlack = 1e-6, kSlackTilt = 1e-3;
-/// Cosine of the angle up to which a face is the reference of a pair whose normal is not that of a face (18°).
+/// Cosine of the largest angle between the normal of a pair and that of its reference face (18°).
 constexpr double kReferenceCosine = 0.95;
-/// Cosine of the angle up to which a face or an edge looks at a plane (60°, so that a box has such a face in every orientation).
+/// Cosine of the largest angle at which a face or an edge looks at a plane (60°, so that a box has such a face in every orientation).
 constexpr double kLooks = 0.5;
-constexpr double kLevel = 1e-7;  // as in closed_form.cpp: height differences that count as level, of the bounding radius
+constexpr double kLevel = 1e-7;  // as in closed_form.cpp: smaller height differences count as level, as a share of the bounding radius
 
 constexpr int kLowestCode = 250;
 enum class Owner {
@@ -29,8 +29,8 @@ enum class Owner {
 int vertex_code(Owner owner, int vertex) { return (owner == Owner::First ? 0 : 64) + vertex % 64; }
 int crossing_code(int edge_first, int edge_second) { return 128 + (edge_first % 11) * 11 + edge_second % 11; }
 
-/// Point of the rim of the cap on the side `end` (±1) that lies farthest along d, in W. Where the cap is level to rounding it moves to
-/// the middle of the cap, so that it has no jump when the cylinder tilts the other way.
+/// Point of the rim of the cap on the side `end` (±1) that lies farthest along d, in W. If the cap is level up to rounding, the point moves
+/// to the middle of the cap, so that it does not jump when the cylinder tilts the other way.
 Vector3d rim_point(const ShapeData& s, const Pose& X, const Vector3d& d, double end) {
   const Vector3d l = X.R.transpose() * d;
   const double least = kLevel * s.bounding_radius / (2 * std::max(s.radius, 1e-300));
@@ -101,8 +101,8 @@ class Gatherer {
   double slack_ = 0;
 };
 
-/// Of the two faces best aligned with the normal the one that separates more. Where its separation is the distance of the pair, its
-/// normal is that of the pair and replaces it: near touching the distance alone does not tell a good normal.
+/// Selects the reference face: among the face of A and the face of B best aligned with the normal, the one with the larger separation. If
+/// this separation equals the distance of the pair, the face normal replaces the normal of the pair, which is inaccurate near contact.
 bool Gatherer::find_reference() {
   double most = -1e300;
   for (const Owner owner : {Owner::Second, Owner::First}) {
@@ -134,7 +134,8 @@ bool Gatherer::find_reference() {
 
 void Gatherer::add(double x, double y, double z, PatchPoint kind, const Vector3d& edge, const Vector3d& side, int code) {
   if (z >= options_.limit) return;
-  // No point of a body that lies over the face is nearer than the pair. In deep penetration along another normal it may seem to be.
+  // No true contact point can be deeper than the distance of the pair. In deep penetration along another normal a corner may seem to be
+  // deeper.
   if (z < d_.phi - kSame * scale_) return;
   Patch::Point& p = points_.emplace_back();
   const Vector3d foot = origin_ + x * e1_ + y * e2_;
@@ -142,7 +143,7 @@ void Gatherer::add(double x, double y, double z, PatchPoint kind, const Vector3d
   p.at.p_WB = owner_ == Owner::Second ? foot : Vector3d(foot + z * m_);
   p.at.p_WA = owner_ == Owner::Second ? Vector3d(foot + z * m_) : foot;
   p.at.nhat_BA_W = owner_ == Owner::Second ? m_ : Vector3d(-m_);
-  // The lowest point of a rim rolls: it is that of the nearest surfaces.
+  // The lowest point of a rim rolls, so it moves like the witness point of two surfaces and not like a point of a patch.
   p.reference = code >= kLowestCode ? PatchSide::None : owner_ == Owner::First ? PatchSide::A : PatchSide::B;
   p.kind = kind;
   p.edge_W = edge;
@@ -172,7 +173,7 @@ bool Gatherer::is_inside(double x, double y) const {
   return true;
 }
 
-/// Sutherland and Hodgman: the incident polygon cut by the side planes of the reference face, one after the other.
+/// Clips the incident polygon by the side planes of the reference face, one after the other (Sutherland and Hodgman).
 void Gatherer::clip_polygon(const Vector3d& normal) {
   std::vector<ClipCorner>&from = scratch_.polygon, &to = scratch_.clipped;
   for (int k = 0; face_ && k < face_->count && !from.empty(); ++k) {
@@ -199,7 +200,7 @@ void Gatherer::clip_polygon(const Vector3d& normal) {
   add_corners(normal);
 }
 
-/// What each corner of the clipped polygon is follows from the edges that meet in it.
+/// Adds the corners of the clipped polygon. The two edges that meet in a corner determine its kind.
 void Gatherer::add_corners(const Vector3d& normal) {
   const std::vector<ClipCorner>& polygon = scratch_.polygon;
   const int n = static_cast<int>(scratch_.vertex.size());
@@ -210,7 +211,7 @@ void Gatherer::add_corners(const Vector3d& normal) {
     if (in >= 0 && out >= 0) {
       add(c.x, c.y, c.z, PatchPoint::Vertex, zero, zero, vertex_code(incident(), scratch_.vertex[out]));
     } else if (in < 0 && out < 0) {
-      const int k = ~in == (~out + 1) % face_->count ? ~in : ~out;  // the corner between two sides is where the later one begins
+      const int k = ~in == (~out + 1) % face_->count ? ~in : ~out;  // the corner between two sides is the start of the later side
       const int vertex = placed(owner_).shape.polytope->loop[face_->begin + k];
       add(c.x, c.y, c.z, PatchPoint::Corner, normal, zero, vertex_code(owner_, vertex));
     } else {
@@ -221,7 +222,7 @@ void Gatherer::add_corners(const Vector3d& normal) {
   }
 }
 
-/// A segment of points, as the axis of a capsule of that radius or a generator of a cylinder.
+/// Adds the points of a segment: the axis of a capsule with its radius, or a generator of a cylinder.
 void Gatherer::clip_segment(const Vector3d& p_W, const Vector3d& q_W, double radius, int code_p, int code_q) {
   const Vector3d p = to_local(p_W), q = to_local(q_W);
   double from = 0, to = 1;
@@ -263,7 +264,7 @@ void Gatherer::clip_face(const Polytope& polytope, const Pose& X) {
   clip_polygon(X.R * face.normal);
 }
 
-/// The lowest point of a rim, with its exact height.
+/// Adds the lowest point of a rim, with its exact height.
 void Gatherer::add_rim_point(const ShapeData& s, const Pose& X, double end) {
   const Vector3d p = to_local(rim_point(s, X, -m_, end)), l = X.R.transpose() * m_;
   const double z = m_.dot(X.p - origin_) + end * s.half.z() * l.z() - s.radius * std::hypot(l.x(), l.y());
@@ -271,7 +272,7 @@ void Gatherer::add_rim_point(const ShapeData& s, const Pose& X, double end) {
   add(p.x(), p.y(), z, PatchPoint::Vertex, Vector3d::Zero(), Vector3d::Zero(), kLowestCode + (end > 0 ? 1 : 0));
 }
 
-/// Fixed points of the cap that looks at the plane, and the lowest points of the rims that do.
+/// Adds the fixed points of the cap that looks at the plane, and the lowest points of the rims that look at it.
 void Gatherer::clip_cylinder(const ShapeData& s, const Pose& X) {
   const double slope = X.R.col(2).dot(m_), end = slope > 0 ? -1.0 : 1.0;
   const double upright = std::sqrt(std::max(0.0, 1 - slope * slope));
@@ -309,7 +310,7 @@ void Gatherer::clip_incident() {
     const double slope = X.R.col(2).dot(m_);
     const bool looks = 1 - slope * slope > kLooks * kLooks;
     if (face_) set_slack(std::abs(slope));
-    const double end = slope > 0 ? -1.0 : 1.0;  // upright only the lower end counts
+    const double end = slope > 0 ? -1.0 : 1.0;  // an upright capsule has its lower end only
     const Vector3d p = X.p + end * reach, q = looks ? Vector3d(X.p - end * reach) : p;
     const int code = vertex_code(incident(), end > 0 ? 1 : 0);
     clip_segment(p, q, s.radius, code, looks ? vertex_code(incident(), end > 0 ? 0 : 1) : code);
@@ -330,7 +331,7 @@ bool Gatherer::faces(bool certain) {
   return certain;
 }
 
-/// Corners of all faces that look at the plane; the lowest one always does.
+/// Adds the corners of all faces that look at the plane; the lowest corner always counts.
 void Gatherer::add_looking_vertices(const ShapeData& s, const Pose& X) {
   const Polytope& polytope = *s.polytope;
   const Vector3d down = X.R.transpose() * -m_;

@@ -9,7 +9,7 @@
 namespace stiction::contact::detail {
 namespace {
 
-/// Which of many points stay: those that would touch first if the bodies tilted by this on each other [rad].
+/// Tilt between the bodies [rad] for the choice among many points: the points that would touch first at this tilt stay.
 constexpr double kTilt = 0.1;
 
 class Reducer {
@@ -32,12 +32,13 @@ class Reducer {
   std::vector<Patch::Point>& points_;
 };
 
-/// Takes what is left across the plane of a planar model out of the points: there a face is an edge and an edge a corner.
+/// Moves the points into the plane of a planar model and removes the out-of-plane part of their normals. In the plane a face is an edge,
+/// and an edge is a corner.
 void Reducer::flatten() {
   const int k = options_.planar_axis;
   for (Patch::Point& p : points_) {
     Vector3d& n = p.at.nhat_BA_W;
-    if (std::abs(n[k]) > 1e-5) continue;  // a mesh that is not straight across the plane
+    if (std::abs(n[k]) > 1e-5) continue;  // a mesh whose sides are not perpendicular to the plane
     n[k] = 0;
     n.normalize();
     Vector3d middle = 0.5 * (p.at.p_WA + p.at.p_WB);
@@ -58,13 +59,13 @@ void Reducer::flatten() {
   if (points_.size() > 2) keep_extremes_of_section();
 }
 
-/// The two ends of what is left along the reference, and the lowest point.
+/// Keeps the two end points along the reference face and the lowest point.
 void Reducer::keep_extremes_of_section() {
   const Vector3d t = Vector3d::Unit(options_.planar_axis).cross(frame_.m);
   const auto along = [&](const Patch::Point& p) { return t.dot(p.at.p_WA); };
   const auto lower = [&](const Patch::Point& p, const Patch::Point& q) { return p.at.phi < q.at.phi - frame_.same; };
   const auto shorter = [&](const Patch::Point& p, const Patch::Point& q) { return along(p) < along(q) - frame_.same; };
-  // By place, not by code: codes of large meshes may coincide.
+  // Compare positions, not codes: codes of large meshes may coincide.
   const auto least = std::min_element(points_.begin(), points_.end(), shorter);
   const auto most = std::max_element(points_.begin(), points_.end(), shorter);
   const auto lowest = std::min_element(points_.begin(), points_.end(), lower);
@@ -79,10 +80,10 @@ void Reducer::keep_extremes_of_section() {
   points_.erase(end, points_.end());
 }
 
-/// The lowest point, and those that would be the lowest if the bodies tilted a little on each other, in evenly spread directions that
-/// are fixed in the reference. At a tie the lower code, so that rounding does not choose.
+/// Keeps the lowest point, and the points that would be lowest if the bodies tilted by kTilt in evenly spread directions fixed in the
+/// reference. At a tie the point with the lower code stays, so that rounding does not decide.
 void Reducer::keep_most() {
-  std::vector<int>& order = scratch_.order;  // by code; those that stay come first
+  std::vector<int>& order = scratch_.order;  // points by code; the kept points come first
   order.resize(points_.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [this](int i, int j) { return point(i).code < point(j).code; });
@@ -111,7 +112,7 @@ void Reducer::keep_most() {
 
 void Reducer::run(Patch& out) {
   if (options_.planar_axis >= 0) flatten();
-  if (points_.size() > Patch::kMost) keep_most();  // whatever came before: Patch has no room for more
+  if (points_.size() > Patch::kMost) keep_most();  // needed in any case, because Patch has no room for more
   out.n = 0;
   for (Patch::Point& p : points_) {
     // Codes of large meshes may coincide.

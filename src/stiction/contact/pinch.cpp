@@ -18,20 +18,20 @@
 namespace stiction::contact {
 namespace {
 
-constexpr int kJaws = 2;  // branches of a gripper at most
+constexpr int kJaws = 2;  // largest number of branches of a gripper
 constexpr int kReachSteps = 20;
-constexpr int kPatience = 4;         // steps in which the error has to become half as large: what is out of reach never does
-constexpr double kMaxStep = 0.5;     // per step and hinge [rad]
-constexpr double kThere = 0.1;       // error of the middle, as a share of the radius of what is held
-constexpr double kStraight = 0.02;   // error of the axis [rad]
-constexpr int kSwaps = 4;            // geometries of a jaw that take the place of another, since they stand out farther
-constexpr int kInTheWay = 3;         // pairs that are given room
-constexpr double kBlocked = 0.5;     // a pair that is nearer than this is in the way [contact tolerances of the robots]
-constexpr double kDamping = 1e-4;    // of a step, beside rows of order 1
-constexpr double kOffCentre = 0.5;   // the middle of a pinch is within this share of the radius around the middle of the geometry
-constexpr int kRounds = 3;           // in which a hand is turned to the normals that were found
-constexpr double kOfFragile = 0.5;   // of what a fragile thing bears, since others press on it as well
-constexpr double kNoStrain = 1e-9;   // of a joint unit
+constexpr int kPatience = 4;         // steps in which the error must halve; a place that is out of reach fails this test
+constexpr double kMaxStep = 0.5;     // largest motion of a hinge per step [rad]
+constexpr double kThere = 0.1;       // tolerance of the middle between the jaws, as a share of the radius of the held geometry
+constexpr double kStraight = 0.02;   // tolerance of the axis between the jaws [rad]
+constexpr int kSwaps = 4;            // how often the touching geometry of a jaw may be replaced by one that protrudes farther
+constexpr int kInTheWay = 3;         // largest number of blocking pairs that are moved apart
+constexpr double kBlocked = 0.5;     // a pair that is nearer than this blocks the hand [contact tolerances of the robots]
+constexpr double kDamping = 1e-4;    // damping of the least squares, whose rows are of order 1
+constexpr double kOffCentre = 0.5;   // largest offset of a pinch from the centre of the held geometry, as a share of its radius
+constexpr int kRounds = 3;           // closing attempts; before each but the first, the hand turns to the contact normal found
+constexpr double kOfFragile = 0.5;   // share of the force limit of a fragile body for the jaws, since other contacts press on it too
+constexpr double kNoStrain = 1e-9;   // strain below which a joint does not limit the force, as a share of a joint unit
 constexpr double kOfFriction = 0.3;  // share of the friction that the line between the two parts may use
 
 using world::Model;
@@ -40,7 +40,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 const world::Geometry& robot_side(const Model& model, int pair) { return model.geometries()[at(model.pairs()[at(pair)].geometry_b)]; }
 const world::Geometry& object_side(const Model& model, int pair) { return model.geometries()[at(model.pairs()[at(pair)].geometry_a)]; }
-/// Bodies that a file hangs on each other without a joint are one part.
+/// Whether two pairs have the same part of the robot. Bodies that the robot file connects without a joint are one part.
 bool same_part(const Model& model, int pair, int other) {
   return model.bodies()[at(robot_side(model, pair).body)].axes == model.bodies()[at(robot_side(model, other).body)].axes;
 }
@@ -48,7 +48,7 @@ Eigen::Vector3d centre(const GeometryWorkspace& work, const world::Geometry& geo
   return work.kinematics.X_WB[at(geometry.body)] * geometry.p_BCenter;
 }
 
-/// Velocity of the middle of a part by each of the moving joints (3 × n_a), in units of the joints.
+/// Velocity of the centre of a part per unit speed of each moving joint (3 × n_a), in joint units.
 Eigen::Matrix3Xd centre_rates(const Model& model, const GeometryWorkspace& work, const world::Geometry& part,
                               const std::vector<char>& moving) {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J(6, model.n_a());
@@ -60,15 +60,16 @@ Eigen::Matrix3Xd centre_rates(const Model& model, const GeometryWorkspace& work,
   return rates;
 }
 
-/// Takes the middle between the two parts to a place, and the line from one to the other along an axis, by damped least squares in the joints of the trunk.
-/// @param axis  nullptr: any
+/// Moves the joints of the trunk, by damped least squares, until the midpoint of the two parts is at `place` and the line from one part to
+/// the other lies along `axis`.
+/// @param axis  nullptr: any direction
 bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trunk, const Eigen::Vector3d& place,
            const Eigen::Vector3d* axis, Eigen::VectorXd& q, GeometryWorkspace& work) {
   const world::Geometry &a = robot_side(model, pinch.pair_a), &b = robot_side(model, pinch.pair_b);
   const double length = model.scales().robots().length, radius = object_side(model, pinch.pair_a).bounding_radius;
   const std::array bodies{a.body, b.body};
   work.links.select(model, trunk, bodies);
-  Eigen::VectorXd turns(model.n_a());  // 1 per hinge: what slides may go as far as it likes in a step
+  Eigen::VectorXd turns(model.n_a());  // 1 per hinge, 0 per slider: a step of a slider is not limited
   for (int j = 0; j < model.n_a(); ++j) turns[j] = model.dofs()[at(model.n_vu() + j)].kind == world::DofKind::Revolute;
   double error_before = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kReachSteps; ++step) {
@@ -100,7 +101,7 @@ bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trun
   return false;
 }
 
-/// Closes with the geometry of each jaw that stands out farthest, of those of its part.
+/// Closes the jaws on the object. If another geometry of a jaw's part penetrates the object, that geometry replaces the one in `pinch`.
 bool close(const Model& model, const world::RobotChains& chains, int trunk, const std::vector<char>& closing, Pinch& pinch,
            Eigen::VectorXd& q, GeometryWorkspace& work) {
   const double touching = kTouch * world::share::kContact * model.scales().robots().length;
@@ -126,7 +127,7 @@ bool close(const Model& model, const world::RobotChains& chains, int trunk, cons
   return false;
 }
 
-/// Of the springs, by two forces of 1 N with which the jaws press on each other along the line between their middles (n_a).                      (R.1)
+/// Deflection of the joint springs when the jaws press on each other with 1 N along the line between their centres (n_a).     (R.1)
 Eigen::VectorXd calc_strain(const Model& model, const Pinch& pinch, const GeometryWorkspace& work) {
   const world::Geometry &a = robot_side(model, pinch.pair_a), &b = robot_side(model, pinch.pair_b);
   const std::vector<char> all(at(model.n_a()), 1);
@@ -135,7 +136,7 @@ Eigen::VectorXd calc_strain(const Model& model, const Pinch& pinch, const Geomet
   return torque.cwiseQuotient(model.scales().joints().cwiseProduct(model.stiffness()));
 }
 
-/// With which the jaws can press, as far as these joints allow [N].
+/// Largest force of the jaws that the command limits and efforts of these joints allow [N].
 double calc_most_press(const Model& model, std::span<const int> joints, const Eigen::VectorXd& strain, const Eigen::VectorXd& q) {
   double most = std::numeric_limits<double>::infinity();
   for (const int j : joints) {
@@ -147,7 +148,7 @@ double calc_most_press(const Model& model, std::span<const int> joints, const Ei
   return most;
 }
 
-/// One jaw closes farther and the other one less, until both can press as hard; the trunk follows.
+/// Closes one jaw farther and opens the other until both can press equally hard; the trunk follows.
 bool balance(const Model& model, const world::RobotChains& chains, const Pinch& pinch, int trunk, Eigen::VectorXd& q,
              GeometryWorkspace& work) {
   const Eigen::VectorXd strain = calc_strain(model, pinch, work);
@@ -170,7 +171,7 @@ bool balance(const Model& model, const world::RobotChains& chains, const Pinch& 
   return touch(model, std::array{pinch.pair_a, pinch.pair_b}, joint_flags(model, chains.joints(trunk)), q, work);
 }
 
-/// What is in the way of the hand, such as a table under what it holds, is given room while both jaws stay on the object.
+/// Moves the hand away from bodies that block it, such as the table under the object, while both jaws stay on the object.
 bool make_room(const Model& model, const world::RobotChains& chains, const Pinch& pinch, Eigen::VectorXd& q, GeometryWorkspace& work) {
   const double tolerance = world::share::kContact * model.scales().robots().length,
                room = world::share::kClearance * model.scales().robots().length;
@@ -208,7 +209,7 @@ Eigen::Vector3d random_direction(core::Random& random) {
   return v.normalized();
 }
 
-/// Of the free object between the jaws; 0 for objects on joints, and without gravity.
+/// Weight of the free object between the jaws [N]; 0 for objects on joints, and without gravity.
 double calc_weight(const Model& model, const Pinch& pinch) {
   const int body = object_side(model, pinch.pair_a).body;
   for (std::size_t i = 0; i < model.objects().size(); ++i) {
@@ -223,14 +224,14 @@ double calc_weight(const Model& model, const Pinch& pinch) {
 std::optional<Pinch> draw_pinch(const Model& model, const world::RobotChains& chains, int trunk, world::ChainMask draw,
                                 std::span<const char> touch, core::Random& random, std::vector<int>& scratch) {
   const auto joints = chains.joints(trunk);
-  const auto fingers = [&](int pair) {  // that move it beside the trunk and what carries the trunk
+  const auto fingers = [&](int pair) {  // branches that move the pair, without the trunk and its carriers
     world::ChainMask mask = chains.mask_of_pair(pair);
     for (int c = 0; c < chains.size(); ++c) {
       if (chains.depth(c) <= chains.depth(trunk)) mask &= ~(world::ChainMask{1} << c);
     }
     return mask;
   };
-  const auto carried = [&](int pair) {  // by all of the trunk
+  const auto carried = [&](int pair) {  // whether all joints of the trunk carry the pair
     const auto& dofs = model.bodies()[at(robot_side(model, pair).body)].dofs;
     return (touch.empty() || touch[at(pair)] != 0) && (fingers(pair) & ~draw) == 0 &&
            std::ranges::find(dofs, model.n_vu() + joints.back()) != dofs.end();
@@ -271,7 +272,7 @@ bool close_pinch(const Model& model, const world::RobotChains& chains, Pinch pin
       return false;
     const Distance a = pair_distance(model, work.kinematics, pinch.pair_a, work.contact_work),
                    b = pair_distance(model, work.kinematics, pinch.pair_b, work.contact_work);
-    // Between the middles of the parts: where faces touch, the nearest points are any of their points.
+    // Use the line between the centres of the parts: the nearest points of two touching faces are not unique.
     const Eigen::Vector3d line =
         (centre(work, robot_side(model, pinch.pair_b)) - centre(work, robot_side(model, pinch.pair_a))).normalized();
     const auto in_cone = [&](int pair, double cosine) {

@@ -9,15 +9,15 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kNear = 0.05;      // features within this angle of the first normal are tried [rad],
-constexpr double kNearest = 1e-3;   // of meshes first those within this one: a round part has more than are tried within the other
-constexpr double kCertain = 2e-11;  // of a bound of phi, of the sizes
+constexpr double kNear = 0.05;      // features within this angle of the first normal are tried [rad]
+constexpr double kNearest = 1e-3;   // the same for a first try on meshes [rad]: a round part has too many features within kNear
+constexpr double kCertain = 2e-11;  // tolerance at which phi has reached its upper bound, as a share of the sizes
 constexpr double kSame =
-    1e-3;  // how far the first witness points are off at most, or some pairs of features are tried in vain, of the sizes
-constexpr int kMostRounds = 60;            // of projections back and forth
-constexpr std::size_t kMostVertices = 32;  // of a mesh whose edges are all tried
+    1e-3;  // largest error of the first witness points, as a share of the sizes; beyond it some pairs of features are tried in vain
+constexpr int kMostRounds = 60;            // most rounds of projections back and forth
+constexpr std::size_t kMostVertices = 32;  // all edges of a mesh are tried up to this number of vertices
 
-/// A pair of shapes in their places, as cores with a radius.
+/// A pair of shapes at their poses, as cores with a radius.
 struct Pair {
   const ShapeData& a;
   const Pose& X_WA;
@@ -30,18 +30,19 @@ struct Pair {
 
 struct Answer {
   Vector3d n{0, 0, 0};
-  double separation = -1e300;  // of the cores along n
-  Vector3d middle{0, 0, 0};    // between the witness points
-  bool matched = false;        // two features meet there
+  double separation = -1e300;  // separation of the cores along n
+  Vector3d middle{0, 0, 0};    // midpoint of the witness points
+  bool matched = false;        // the witness points lie on two features
 
-  // Apart, the points are as far from each other as the separation, which no distance is below: nothing can be better. Nor can it beyond the bound.
+  // Whether no better answer exists. If the shapes are apart, the distance of the matched points equals the separation, which is a lower
+  // bound of the distance. In overlap, the separation has reached the upper bound.
   bool is_certain(const Pair& pair) const { return matched && (separation > 0 || separation >= pair.bound - kCertain * pair.scale); }
 
   void offer(const Pair& pair, const Vector3d& normal, bool points, const Vector3d& p_a, const Vector3d& p_b) {
     const double g = pair.separation(normal);
-    // Where the two features are not the farthest ones along n, their own separation is larger than the true one.
+    // If the two features are not the farthest ones along n, their own separation is larger than the true one.
     points = points && std::abs(normal.dot(p_a - p_b) - g) < 1e-11 * pair.scale;
-    // A match counts before a slightly larger separation without points: at a tie several pairs of features share the normal.
+    // A match is preferred to a slightly larger separation without points: at a tie several pairs of features share the normal.
     const double tie = 1e-12 * pair.scale;
     if (!(matched && !points ? g > separation + tie : points && !matched ? g > separation - tie : g > separation)) return;
     n = normal;
@@ -51,8 +52,8 @@ struct Answer {
   }
 };
 
-// The best answer that pairs of features near `start` give. Every unit n gives a separation no larger than the distance: the largest
-// among the stationary ones is it.
+// Finds the best answer among the pairs of features near `start`. The separation along any unit n is at most the distance, so the largest
+// stationary separation is the distance.
 Answer refine(const Pair& pair, const Vector3d& start, double near, Features features_a, Features features_b) {
   find_features(pair.a, pair.X_WA, -start, near, features_a);
   find_features(pair.b, pair.X_WB, start, near, features_b);
@@ -95,7 +96,8 @@ void for_each_normal(const ShapeData& s, const Pose& X, Visit visit) {
   for (const Polytope::Face& face : s.polytope->faces) visit(Vector3d(X.R * face.normal));
 }
 
-// Visits the directions of the straight edges of a shape and the axis of a round one, in W. Large meshes have too many of them.
+// Visits the directions of the straight edges of a shape and the axis of a round shape, in W. Large meshes are left out: they have too many
+// edges.
 template <class Visit>
 void for_each_edge(const ShapeData& s, const Pose& X, Visit visit) {
   if (s.kind == Kind::Capsule || s.kind == Kind::Cylinder) visit(Vector3d(X.R.col(2)));
@@ -111,8 +113,8 @@ void for_each_edge(const ShapeData& s, const Pose& X, Visit visit) {
   }
 }
 
-// The direction with the largest separation among those that both shapes single out: normals of faces and caps, common
-// perpendiculars of edges and axes, and the line of the centres, also square to each axis.
+// Direction with the largest separation among the candidates (6a): normals of faces and caps, common perpendiculars of edges and axes, and
+// the line of the centres, also made perpendicular to each axis.
 Vector3d find_canonical(const Pair& pair, double& best) {
   Vector3d out{0, 0, 0};
   const auto meet = [&](const Vector3d& n) {
@@ -131,7 +133,7 @@ Vector3d find_canonical(const Pair& pair, double& best) {
   meet_both(line);
   for_each_edge(pair.a, pair.X_WA,
                 [&](const Vector3d& u) { for_each_edge(pair.b, pair.X_WB, [&](const Vector3d& v) { meet_both(u.cross(v)); }); });
-  for (const auto* side : {&pair.a, &pair.b}) {  // on one axis the line of the centres says nothing of the way out to the side
+  for (const auto* side : {&pair.a, &pair.b}) {  // for centres on one axis, the line of the centres gives no way out to the side
     const Pose& X = side == &pair.a ? pair.X_WA : pair.X_WB;
     if (side->kind == Kind::Cylinder || side->kind == Kind::Capsule) meet_both(X.R.col(0));
   }
@@ -154,8 +156,8 @@ Vector3d project(const ShapeData& s, const Pose& X, const Vector3d& p) {
   return d.phi > 0 ? d.p_WB : p;
 }
 
-// Flat on flat has no unique witness: the middle between the points that projecting back and forth reaches from `start`, with A moved
-// along n until the two only touch.
+// Witness point of two flat features on each other, which is not unique. A is moved along n until the two shapes just touch; the result is
+// the middle of the two points that projecting back and forth reaches from `start`.
 Vector3d find_common_point(const Pair& pair, const Answer& best, const Vector3d& start) {
   const Vector3d shift = best.separation * best.n;
   Vector3d y = start - best.n * best.n.dot(start) + best.n * core_support(pair.b, pair.X_WB, best.n);
@@ -175,7 +177,8 @@ void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose
   const Pair pair{a, X_WA, b, X_WB, r_a, r_b, a.bounding_radius + b.bounding_radius, bound};
   const double same = kSame * pair.scale;
   Answer best = refine(pair, d.nhat_BA_W, Features(d.p_WA + r_a * d.nhat_BA_W, same), Features(d.p_WB - r_b * d.nhat_BA_W, same));
-  // An answer may be that of another way out. A direction that separates more than its answer does starts the search again.
+  // The answer may belong to another way out of the overlap. If a candidate direction separates more than the answer, the search restarts
+  // there.
   if (!best.is_certain(pair)) {
     double canonical = best.separation + 1e-12 * pair.scale;
     const Vector3d start = find_canonical(pair, canonical);

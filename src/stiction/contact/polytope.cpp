@@ -8,12 +8,12 @@
 namespace stiction::contact::detail {
 namespace {
 
-/// Triangles whose corners lie this near to the plane of another are one face with it, of the bounding radius [-]: mesh files hold
-/// floats of seven digits.
+/// A triangle is merged with a face if its corners are this near to the plane of the face, as a share of the bounding radius [-]: mesh
+/// files hold floats of seven digits.
 constexpr double kCoplanar = 1e-6;
 
-/// Corners of the convex hull of points in the plane of `face`, anticlockwise (monotone chain); those in line with their neighbours
-/// are left out.
+/// Corners of the convex hull of points in the plane of `face`, anticlockwise (monotone chain). Corners in line with their neighbours are
+/// left out.
 std::vector<int> hull_loop(const std::vector<Vector3d>& vertices, const Polytope::Face& face, std::vector<int> points, double tolerance) {
   const auto x = [&](int i) { return Eigen::Vector2d(face.e1.dot(vertices[i]), face.e2.dot(vertices[i])); };
   std::sort(points.begin(), points.end(), [&](int i, int j) {
@@ -31,7 +31,7 @@ std::vector<int> hull_loop(const std::vector<Vector3d>& vertices, const Polytope
       while (loop.size() >= first + 2 && !turns_left(loop[loop.size() - 2], loop.back(), i)) loop.pop_back();
       loop.push_back(i);
     }
-    loop.pop_back();  // the first of the other half
+    loop.pop_back();  // it is the first corner of the other half
     std::reverse(points.begin(), points.end());
   }
   return loop;
@@ -73,7 +73,7 @@ Polytope make_box(const Vector3d& half) {
   return out;
 }
 
-// The loop starts where the fixed points of the cap do, so that both stand still in the body.
+// The loop starts at the same angle as the fixed points of the cap, so that both are fixed in the body.
 Polytope make_caps(double radius, double half) {
   Polytope out;
   for (const double sign : {-1.0, 1.0}) {
@@ -93,7 +93,7 @@ Polytope make_caps(double radius, double half) {
   return out;
 }
 
-// The body is convex: every triangle in a plane that supports it belongs to the one face there.
+// The body is convex, so all triangles in one supporting plane belong to one face.
 Polytope make_faces(const MeshData& mesh) {
   Polytope out;
   for (Eigen::Index i = 0; i < mesh.vertices.cols(); ++i) out.vertices.emplace_back(mesh.vertices.col(i));

@@ -10,20 +10,20 @@ namespace stiction::contact::detail {
 struct Polytope {
   struct Face {
     Vector3d normal, e1, e2;   // outward; e1 × e2 = normal
-    double d = 0;              // normal · x = d on the face, ≥ everywhere else on the shape
+    double d = 0;              // normal · x = d on the face, normal · x ≤ d everywhere else on the shape
     int begin = 0, count = 0;  // corners loop[begin], …, anticlockwise seen from outside
   };
   std::vector<Vector3d> vertices;
   std::vector<Face> faces;
   std::vector<int> loop;
   std::vector<Vector3d> sides;      // with `loop`: the side from corner k to the next, s·(x, y) ≤ c inside, as (s, c) in e1, e2
-  SupportTable farthest, steepest;  // of the vertices; of the normals of the faces
+  SupportTable farthest, steepest;  // tables of the vertices and of the face normals
   std::vector<int> around, begin;   // faces around vertex v: around[begin[v]], …, before begin[v + 1]
 };
 
-/// Corners of a cap as a reference face: a polygon inscribed in the rim, which covers all but 1 % of the radius.
+/// Number of corners of a cap as a reference face: a polygon inscribed in the rim, which covers all but 1 % of the radius.
 inline constexpr int kCapCorners = 24;
-/// Points of a cap that are fixed in the body: on a circle that the polygon above contains in every orientation.
+/// Number of points of a cap that are fixed in the body. They lie on a circle that this polygon contains in every orientation.
 inline constexpr int kCapPoints = 6;
 
 /// Faces of a box, cylinder or mesh; nullptr for shapes without any.
@@ -32,7 +32,7 @@ std::shared_ptr<const Polytope> make_polytope(const ShapeData& shape);
 /// Face whose normal is nearest to the unit vector d, in the shape's frame.
 int find_face(const Polytope& polytope, const Vector3d& d);
 
-/// Vertex farthest along d, in the shape's frame; of several the first.
+/// Vertex farthest along d, in the shape's frame; the first one at a tie.
 int find_vertex(const Polytope& polytope, const Vector3d& d);
 
 }  // namespace stiction::contact::detail

@@ -28,10 +28,10 @@ void require_pair(const Workspace::Impl& w, int pair) {
 
 constexpr std::uint64_t make_id(int pair, int point = 0) { return (static_cast<std::uint64_t>(pair) << 8) + static_cast<unsigned>(point); }
 
-/// More than what a distance of polytopes may be too small by [m]: a pair that is parted by this more is out of reach.
+/// Safety margin above the largest error of a polytope distance [m]: a pair whose separation exceeds its limit by this is out of reach.
 constexpr double kPartedBy = 1e-8;
 
-/// Of an earlier contact in the same place: only points of a patch have anything in these fields.
+/// Clears the patch fields that an earlier contact left in this element. Only points of a patch use these fields.
 inline void forget_patch(Contact& c) {
   if (c.reference == PatchSide::None) return;
   c.reference = PatchSide::None;
@@ -109,10 +109,10 @@ int Workspace::Impl::guess_nearest_hulls(std::span<const int> pair_indices) cons
   return out;
 }
 
-// Takes what rounding or an arbitrary choice along extruded edges left across the plane out of an answer.
+// Removes the out-of-plane part of an answer, which comes from rounding or from an arbitrary choice along extruded edges.
 void Workspace::Impl::flatten(const PairData& p, Distance& out) const {
   const int k = *planar_axis;
-  if (std::abs(out.nhat_BA_W[k]) > 1e-5) return;  // a mesh that is not straight across the plane
+  if (std::abs(out.nhat_BA_W[k]) > 1e-5) return;  // a mesh whose sides are not perpendicular to the plane
   const double height = k == 0 ? center_x[p.a] : k == 1 ? center_y[p.a] : center_z[p.a];
   out.nhat_BA_W[k] = 0;
   out.nhat_BA_W.normalize();
@@ -209,7 +209,7 @@ int Workspace::Impl::fill(int pair, double limit, double near, Contact* out) {
   return 1;
 }
 
-// The same for two spheres whose centres are `length` apart.
+// Same as fill(), for two spheres whose centres are `length` apart.
 inline bool Workspace::Impl::fill_spheres(int pair, double limit, double length, double inverse_length, Contact& out) {
   const PairData& p = pairs[pair];
   const double phi = length - radius_sum[pair];
@@ -229,7 +229,7 @@ inline bool Workspace::Impl::fill_spheres(int pair, double limit, double length,
 
 namespace {
 
-/// Squared distances of the bounding centres of all pairs.
+/// Computes the squared distances of the bounding centres of all pairs.
 void measure_centers(Workspace::Impl& w) {
   double* d2 = w.center_distance2.data();
   const double *x = w.center_x.data(), *y = w.center_y.data(), *z = w.center_z.data();
@@ -244,7 +244,8 @@ void measure_centers(Workspace::Impl& w) {
   }
 }
 
-/// Pairs that may be nearer than they are left out from, in order of their index, with the distances of their centres. Returns their number.
+/// Lists the pairs that may be nearer than the distance from which they are left out, by index, with the distances of their centres.
+/// @returns the number of these pairs
 int find_candidates(const QueryOptions& options, Workspace::Impl& w) {
   const int n_p = static_cast<int>(w.pairs.size());
   const double *sum = w.radius_sum.data(), *max_distance = w.max_distance.data(), *d2 = w.center_distance2.data();
@@ -270,7 +271,7 @@ int find_candidates(const QueryOptions& options, Workspace::Impl& w) {
   return n;
 }
 
-/// Keeps the nearest contacts, as many as there may be.
+/// Keeps only the nearest contacts, up to the allowed number.
 void keep_nearest(int most, Workspace::Impl& w, std::vector<Contact>& out) {
   w.nearest.clear();
   for (const Contact& c : out) w.nearest.emplace_back(c.phi, c.id);
@@ -339,8 +340,8 @@ double calc_min_distance(const world::Model& model, const world::Kinematics& kin
   w.set_kinematics(kinematics);
   double best = std::numeric_limits<double>::infinity();
   Distance d;
-  // The pair of hulls that looks nearest is likely to put the others out of reach. In its turn, and not before, it may end the search:
-  // the answer is that of the pairs in their order, whichever is asked first.
+  // The pair of hulls that looks nearest is measured first, because its distance is likely to put the other pairs out of reach. It may end
+  // the search only at its place in the order, so the answer does not depend on which pair was measured first.
   const int nearest = w.guess_nearest_hulls(pair_indices);
   if (nearest >= 0) w.narrow(nearest, std::numeric_limits<double>::infinity(), d);
   const double phi_nearest = nearest >= 0 ? d.phi : best;

@@ -8,8 +8,9 @@
 
 namespace stiction::contact {
 
-/// add(axis, v) for every axis that moves a side of the contact, with v = v_A(p_WA) − v_B(p_WB) by its motion. One that moves both sides turns the gap alone.
-/// @param kinematics  those of the contact
+/// Calls add(axis, v) for every axis that moves a body of the contact. v = v_A(p_WA) − v_B(p_WB) is the relative velocity due to this axis.
+/// An axis that moves both bodies only turns the gap.
+/// @param kinematics  kinematics at the configuration of the contact
 template <class Add>
 void visit_relative_motion(const world::Model& model, const world::Kinematics& kinematics, const Contact& contact, const Add& add) {
   const world::Pair& pair = model.pairs()[static_cast<std::size_t>(contact.pair)];

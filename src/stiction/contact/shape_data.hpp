@@ -30,7 +30,7 @@ inline constexpr int kKinds = 6;
 /// Vertices, triangles and face planes of a convex mesh, one array per coordinate.
 struct MeshData {
   Eigen::Matrix3Xd vertices;  // copy of the mesh's, so that the data outlives the scene
-  SupportTable farthest;      // of the vertices
+  SupportTable farthest;      // support table of the vertices
   Eigen::Matrix3Xi triangles;
   Eigen::VectorXd nx, ny, nz, d;   // outward plane n·x = d of every triangle that has an area
   std::vector<int> face;           // triangle of each plane
@@ -56,18 +56,20 @@ struct ShapeData {
 
 ShapeData make_shape_data(const world::Shape& shape);
 
-/// The same, made once of each mesh for as long as that lives: the tables of a link take longer than hundreds of steps, and every workspace needs them.
+/// Same as make_shape_data(), but the tables of a mesh are built once and kept as long as the mesh lives. Building them for one link takes
+/// longer than hundreds of steps, and every workspace needs them.
 ShapeData find_shape_data(const world::Shape& shape);
 
-/// A shape is its core and all within this of it: cores of spheres are points, of capsules segments, of the others all of them [m].
+/// Radius by which the core of a shape is grown to the shape [m]. The core of a sphere is a point and that of a capsule a segment; any
+/// other shape is its own core (radius 0).
 inline double core_radius(const ShapeData& s) { return s.kind == Kind::Sphere || s.kind == Kind::Capsule ? s.radius : 0.0; }
 
-/// Vertex of a mesh that is farthest along d, in its own frame; of several the first.
+/// Vertex of a mesh that is farthest along d, in the frame of the mesh; the first one at a tie.
 inline int find_vertex(const MeshData& mesh, const Vector3d& d) {
   return mesh.farthest.find_farthest(d, [&mesh](int i) { return mesh.vertices.col(i); });
 }
 
-/// max d·x over the core of a shape at X. Of a half-space: over a point of its plane.
+/// max d·x over the core of a shape at X. For a half-space: d·x of a point of its plane.
 inline double core_support(const ShapeData& s, const Pose& X, const Vector3d& d) {
   const Vector3d l = X.R.transpose() * d;
   const double h = d.dot(X.p);
@@ -90,24 +92,24 @@ inline double core_support(const ShapeData& s, const Pose& X, const Vector3d& d)
 /// max d·x over a shape at X, for |d| = 1.
 inline double support(const ShapeData& s, const Pose& X, const Vector3d& d) { return core_support(s, X, d) + core_radius(s); }
 
-/// Set in planar models: where a shape has several nearest faces to choose from, those across the plane do not count.
+/// Set in planar models: if a shape has several nearest faces, faces across the plane are ignored.
 struct Planar {
   bool on = false;
   Vector3d axis_W{0, 0, 0};
 };
 
-/// What a kernel may use besides its two shapes.
+/// Further input of a kernel besides its two shapes.
 struct KernelContext {
   Planar planar;
-  double limit =
-      std::numeric_limits<double>::infinity();  // a separation of at least this is answer enough [m]: φ and points need not be more
+  // The kernel may stop at a separation of at least this [m]; φ and the points may then be inexact.
+  double limit = std::numeric_limits<double>::infinity();
 };
 
-/// Signed distance of a before b, kind(a) ≤ kind(b).
+/// Computes the signed distance of two shapes, kind(a) ≤ kind(b).
 using Kernel = void (*)(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
                         Distance& out);
 
-/// Kernel of two kinds, in the order first ≤ second; nullptr for two half-spaces.
+/// Kernel for two kinds with first ≤ second; nullptr for two half-spaces.
 Kernel find_kernel(Kind first, Kind second);
 
 /// Exchanges the roles of A and B.
@@ -116,7 +118,7 @@ inline void swap_roles(Distance& d) {
   d.nhat_BA_W = -d.nhat_BA_W;
 }
 
-/// Two spheres: the kernel that a hand needs most often, kept inline. Coincident centres: nhat = `fallback`.
+/// Distance of two spheres. It is inline because it is the most frequent kernel of a hand. For coincident centres, nhat = `fallback`.
 inline void sphere_sphere(const Vector3d& p_WA, double r_a, const Vector3d& p_WB, double r_b, const Vector3d& fallback, Distance& out) {
   const Vector3d d = p_WA - p_WB;
   const double length = d.norm();
@@ -126,7 +128,7 @@ inline void sphere_sphere(const Vector3d& p_WA, double r_a, const Vector3d& p_WB
   out.p_WB = p_WB + r_b * out.nhat_BA_W;
 }
 
-/// Normal of coincident sphere centres: +z, in the plane x–y of a planar model +x.
+/// Normal for coincident sphere centres: +z, or +x in a planar model whose plane is x–y.
 inline Vector3d coincident_normal(const Planar& planar) {
   return planar.on && std::abs(planar.axis_W.z()) > 0.5 ? Vector3d::UnitX() : Vector3d::UnitZ();
 }

@@ -5,14 +5,14 @@
 namespace stiction::contact::detail {
 namespace {
 
-/// Fills the cells of one face of the cube: each from the list of the larger cell that holds it.
+/// Fills the cells of one face of the cube. Each cell takes its list from the larger cell that contains it.
 class FaceFiller {
  public:
   FaceFiller(const Eigen::Matrix3Xd& points, int axis, double sign, double near, int n_cells, std::vector<std::vector<int>>& out)
       : points_(points), axis_(axis), sign_(sign), near_(near), n_cells_(n_cells), out_(out) {}
 
-  // In the cell of half width h around c are the directions c + x with x zero along the axis and at most h along the two others. There
-  // v is nowhere farther than w if c · (w − v) ≥ h |w − v|₁ without the axis. The w that rules out is the farthest along c.
+  // The cell of half width h around c contains the directions c + x, with x zero along the axis and at most h along the two others. In this
+  // cell v is never farther than w if c · (w − v) ≥ h |w − v|₁, without the component along the axis. Take w as the point farthest along c.
   void fill(int i, int j, int width, const std::vector<int>& from) {
     const int first = (axis_ + 1) % 3, second = (axis_ + 2) % 3;
     const double h = static_cast<double>(width) / n_cells_;
@@ -59,7 +59,7 @@ SupportTable::SupportTable(const Eigen::Matrix3Xd& points) {
     add(all);
     return;
   }
-  // What the contract asks for, times the length of the longest c + x, and as much again for rounding.
+  // The margin kNear of near(), times the length of the longest c + x, and the same again for rounding.
   const double size = 0.5 * (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
   const double near = 2 * std::sqrt(3.0) * kNear * size;
   std::vector<std::vector<int>> cells(static_cast<std::size_t>(kCells * kCells));

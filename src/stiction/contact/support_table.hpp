@@ -10,23 +10,24 @@
 
 namespace stiction::contact::detail {
 
-/// Which of many points may be the farthest along a direction. The directions are cut into cells, squares on the faces of a cube, each
-/// with the points that may count in it.
+/// Table that finds the farthest of many points along a direction. Directions are divided into cells, squares on the faces of a cube. Each
+/// cell lists the points that may be the farthest for its directions.
 class SupportTable {
  public:
-  /// A point that is nearer than this share of the size of the set (half the diagonal of its bounding box) to the farthest counts too [-].
+  /// Points whose height is within this share of the size of the set (half the diagonal of its bounding box) of the largest are listed too
+  /// [-].
   static constexpr double kNear = 1e-6;
 
   SupportTable() = default;
   explicit SupportTable(const Eigen::Matrix3Xd& points);
 
-  /// Indices, in ascending order, of some of the points, with every i for which d · p_i ≥ max_k d · p_k − kNear ‖d‖ size. Any d.
+  /// Indices of the listed points for any d, in ascending order. They include every i with d · p_i ≥ max_k d · p_k − kNear ‖d‖ size.
   std::span<const int> near(const Eigen::Vector3d& d) const {
     const std::size_t cell = begin_.size() > 2 ? find_cell(d) : 0;
     return {list_.data() + begin_[cell], list_.data() + begin_[cell + 1]};
   }
 
-  /// Of the points, point(i), the farthest along d; of several the first.
+  /// Index of the point that is farthest along d, the first one at a tie. point(i) gives the points.
   template <class Point>
   int find_farthest(const Eigen::Vector3d& d, const Point& point) const {
     int best = 0;
@@ -39,8 +40,8 @@ class SupportTable {
   }
 
  private:
-  static constexpr int kCells = 8;    // along an edge of the cube, a power of two
-  static constexpr int kFewest = 12;  // below, one cell does
+  static constexpr int kCells = 8;    // number of cells along an edge of the cube, a power of two
+  static constexpr int kFewest = 12;  // sets with fewer points have one cell only
 
   static std::size_t find_cell(const Eigen::Vector3d& d) {
     const Eigen::Vector3d a = d.cwiseAbs();

@@ -12,10 +12,10 @@
 namespace stiction::contact {
 namespace {
 
-constexpr double kFlat = 1e-3;  // a gap that changes by less with every joint is not closed [L per joint unit]
+constexpr double kFlat = 1e-3;  // a gap whose gradient is smaller cannot be closed [L per joint unit]
 constexpr int kNewtonSteps = 15;
-constexpr int kPatience = 4;      // Newton steps in which gaps have to become half as wide: what is out of reach never does
-constexpr double kMaxStep = 0.3;  // per Newton step and joint [rad, L]
+constexpr int kPatience = 4;      // Newton steps in which the gaps must halve; a pair that is out of reach fails this test
+constexpr double kMaxStep = 0.3;  // largest motion of a joint per Newton step [rad, L]
 
 }  // namespace
 
@@ -29,10 +29,10 @@ bool touch(const world::Model& model, std::span<const int> pairs, const std::vec
   }
   work.links.select(model, moving, bodies);
   const double length = model.scales().robots().length, close_enough = 0.5 * kTouch * world::share::kContact * length;
-  const Eigen::VectorXd& unit = model.scales().joints();  // in which steps are short
+  const Eigen::VectorXd& unit = model.scales().joints();  // joint units, in which the length of a step is measured
   std::vector<Contact> contacts(pairs.size());
   Eigen::VectorXd gaps(k), forward(k), step(model.n_a());
-  Eigen::MatrixXd slopes(model.n_a(), k);  // dφ/d(q/unit), a column for each gap
+  Eigen::MatrixXd slopes(model.n_a(), k);  // dφ/d(q/unit), one column per gap
   double widest = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
     work.links.update(model, q, work.kinematics);

@@ -8,10 +8,12 @@
 
 namespace stiction::contact {
 
-/// Brings pairs into contact, or to the gaps that are wanted, by Newton steps on their gaps, with the least motion of the moving joints; a gap ends within half of 0.001 L.
-/// @param moving  per joint of the robots (n_a)  @param wanted  gap of each pair [m]; empty: 0
-/// @param q  configuration (n_q), changed in place. Only what moves the pairs is computed: the rest of the kinematics in `work`, which are those of q at
-///   first, is out of date after it
+/// Brings pairs into contact, or to the wanted gaps, by Newton steps with the smallest motion of the moving joints. Each gap ends within
+/// half of 0.001 L of its wanted value.
+/// @param moving  flag per robot joint (n_a)  @param wanted  gap of each pair [m]; empty: 0
+/// @param q  configuration (n_q), changed in place
+/// @param work  its kinematics must be those of q at the start. Only the bodies of the pairs are updated; the other bodies are out of date
+///   afterwards
 /// Tests: tests/contact/free_path_test.cpp
 bool touch(const world::Model& model, std::span<const int> pairs, const std::vector<char>& moving, Eigen::VectorXd& q,
            GeometryWorkspace& work, std::span<const double> wanted = {});

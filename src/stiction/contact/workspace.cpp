@@ -8,7 +8,7 @@
 #include "stiction/contact/core_distance.hpp"
 #include "stiction/core/invalid_input.hpp"
 
-// What a Workspace knows of a model before the first query: shapes, pairs in runs, columns of their Jacobians, room for answers.
+// Data of a Workspace that is computed before the first query: shapes, pairs in runs, columns of their Jacobians, storage for results.
 
 namespace stiction::contact {
 
@@ -21,7 +21,7 @@ constexpr int kPadding = 8;  // vector loads may run past the last geometry
 
 }  // namespace
 
-/// Runs of axes that move both bodies or one: of two that move a body the nearer to its root comes first.
+/// Lists the runs of axes that move both bodies or one of them. Of two axes that move a body, the axis nearer to the root comes first.
 void Workspace::Impl::add_columns(const world::Model& model, const world::Pair& p, PairData& data) {
   const auto axes_of = [&](int geometry) -> const std::vector<int>& { return model.bodies()[model.geometries()[geometry].body].axes; };
   const std::vector<int>&axes_a = axes_of(p.geometry_a), &axes_b = axes_of(p.geometry_b), &support = model.supports()[p.support];
@@ -68,7 +68,7 @@ void add_geometries(const world::Model& model, Workspace::Impl& w) {
   }
 }
 
-/// What the shapes of a pair say about how it is measured. @throws core::InvalidInput: two half-spaces
+/// Chooses how a pair is measured, from the shapes of the pair. @throws core::InvalidInput: two half-spaces
 Workspace::Impl::PairData make_pair_data(const world::Model& model, int index, const Workspace::Impl& w) {
   const world::Pair& p = model.pairs()[static_cast<std::size_t>(index)];
   Workspace::Impl::PairData data;
@@ -103,7 +103,7 @@ void extend_runs(const Workspace::Impl::PairData& pair, int index, std::vector<W
     runs.push_back({index, 1, pair.a, pair.b});
 }
 
-/// Room for what queries find on their way, so that they use no heap.
+/// Reserves storage for intermediate results, so that queries use no heap.
 void reserve_answers(Workspace::Impl& w) {
   const std::size_t n_g = w.geometries.size(), n_p = w.pairs.size();
   for (auto* center : {&w.center_x, &w.center_y, &w.center_z}) center->assign(n_g + kPadding, 0.0);
@@ -141,8 +141,8 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
   reserve_scratch();
 }
 
-// In a planar model two shapes of one plane overlap as their sections do: the shortest way out never leaves the plane. Directions
-// across the plane keep theirs as bodies turn, so that one configuration tells which shapes are straight along it.
+// In a planar model two shapes with centres in one plane overlap exactly as their sections do: the shortest way out stays in the plane.
+// Bodies turn about the axis across the plane only, so one configuration shows which shapes are straight along this axis.
 void Workspace::Impl::find_planes(const world::Model& model) {
   world::KinematicsWorkspace work(model);
   world::Kinematics kinematics;

@@ -10,56 +10,57 @@
 namespace stiction::contact {
 
 struct Workspace::Impl {
-  /// Room kept for contacts from the first query on, beyond one for each pair.
+  /// Number of contacts for which room is kept from the first query on, in addition to one per pair.
   static constexpr std::size_t kReservedContacts = 4096;
 
   explicit Impl(const world::Model& model);
 
   struct GeometryData {
     int body = -1;
-    Eigen::Vector3d p_BCenter;  // of its bounding sphere
+    Eigen::Vector3d p_BCenter;  // centre of its bounding sphere
     world::Pose X_BG;
     detail::ShapeData shape;
-    detail::ShapeData extruded;  // planar models: the same made long across the plane, if it is straight that way
+    detail::ShapeData extruded;  // planar models: the shape extended across the plane, if it is straight in that direction
   };
 
   struct PairData {
     detail::Kernel kernel = nullptr;    // nullptr: two spheres
     int a = -1, b = -1;                 // geometries
-    int first = -1, second = -1;        // the same in the order of the kernel
-    double radius_a = 0, radius_b = 0;  // of two spheres
+    int first = -1, second = -1;        // the geometries in the order of the kernel
+    double radius_a = 0, radius_b = 0;  // radii, if both are spheres
     double friction = 0;
     bool patch = false;              // may touch in several points
-    bool boxes = false;              // two boxes, not of a planar model
-    bool in_plane = false;           // planar models: both centres lie in one plane, so that only motion in it parts them
-    bool hulls = false;              // goes to core_distance(): `parting` bounds phi from below
-    bool in_slabs = false;           // the second is a box, not of a planar model: its slabs bound phi from below
+    bool boxes = false;              // two boxes, not in a planar model
+    bool in_plane = false;           // planar models: both centres lie in one plane, so only motion in this plane separates the shapes
+    bool hulls = false;              // measured by core_distance(): `parting` bounds phi from below
+    bool in_slabs = false;           // the second is a box, not in a planar model: its slabs bound phi from below
     int half_space = -1;             // 0 none, else the other geometry's distance to the plane bounds phi from below
     int run_begin = 0, run_end = 0;  // columns of its Jacobian in column_runs
     int n_columns = 0;
-    int n_axes = 0;      // that move it: n_columns, where no joint follows another
-    int fold_begin = 0;  // in `folds`
+    int n_axes = 0;      // number of axes that move the pair; equals n_columns if no joint follows another
+    int fold_begin = 0;  // first entry in `folds`
     bool folded = false;
   };
 
-  /// Pairs [begin, begin + count) of one geometry with the neighbours other, other + 1, …
+  /// Pairs [begin, begin + count) of the geometry `fixed` with the geometries other, other + 1, …
   struct BroadRun {
     int begin = 0, count = 0, fixed = -1, other = -1;
   };
 
-  /// Columns [column, column + count) of a pair's Jacobian, axes axis, axis + 1, … of Kinematics, that move A, B or both.
+  /// Columns [column, column + count) of a pair's Jacobian. They belong to the axes axis, axis + 1, … of Kinematics, which move A, B or
+  /// both.
   struct ColumnRun {
     int column = 0, axis = 0, count = 0;
     bool moves_a = false, moves_b = false;
   };
 
-  /// An axis of Kinematics: of a coordinate, or of a joint that follows it.
+  /// An axis of Kinematics. It belongs to a coordinate, or to a joint that follows this coordinate.
   struct Axis {
     bool revolute = false;
     int dof = -1;
     double ratio = 1;
   };
-  /// Column of a pair's Jacobian to which an axis that moves it adds `ratio` times its own.
+  /// Column of a pair's Jacobian to which an axis adds `ratio` times its own column.
   struct Fold {
     int column = 0;
     double ratio = 1;
@@ -68,19 +69,20 @@ struct Workspace::Impl {
   void add_columns(const world::Model& model, const world::Pair& p, PairData& data);
   void find_planes(const world::Model& model);
   void set_kinematics(const world::Kinematics& kinematics);
-  void set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices);  // of the geometries of these pairs at least
+  void set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices);  // at least for these pairs
   void place(int geometry, const world::Kinematics& kinematics);
-  double distance2(int pair) const;                                  // of the bounding centres [m²]
-  double lower_bound(int pair) const;                                // of phi [m]
-  bool is_beyond(int pair, double limit) const;                      // by a bound of phi that is better than that of spheres
-  double parted_by(int pair) const;                                  // separation along `parting`: of hulls, another lower bound
-  int guess_nearest_hulls(std::span<const int> pair_indices) const;  // by the bounds; −1 without hulls
-  void narrow(int pair, double limit, Distance& out);                // phi ≥ limit may be a bound
+  double distance2(int pair) const;                                  // squared distance of the bounding centres [m²]
+  double lower_bound(int pair) const;                                // lower bound of phi [m]
+  bool is_beyond(int pair, double limit) const;                      // phi ≥ limit, by a better bound than the bounding spheres
+  double parted_by(int pair) const;                                  // separation along `parting`, a lower bound of phi for hulls
+  int guess_nearest_hulls(std::span<const int> pair_indices) const;  // pair with the smallest lower bound; −1 without hulls
+  void narrow(int pair, double limit, Distance& out);                // if phi ≥ limit, phi may be a lower bound only
   void flatten(const PairData& pair, Distance& out) const;
   void reserve_scratch();
   const detail::ShapeData& shape_of(const PairData& pair, int geometry) const;
   const world::Pose& pose_of(int geometry);
-  /// Number of points with phi < limit, at most slots(pair); 0 where the pair is at least `near` apart, near ≤ limit.
+  /// Writes the contacts of a pair with phi < limit and returns their number, at most slots(pair). It is 0 if the pair is at least `near`
+  /// apart. near ≤ limit.
   int fill(int pair, double limit, double near, Contact* out);
   int fill_patch(int pair, double limit, double near, Contact* out);
   int slots(int pair) const { return pairs[pair].patch ? detail::Patch::kMost : 1; }
@@ -92,30 +94,30 @@ struct Workspace::Impl {
   std::vector<ColumnRun> column_runs;
   std::vector<Axis> axes;
   std::vector<Fold> folds;
-  std::vector<int> posed;                        // geometries whose orientation matters
+  std::vector<int> posed;                        // geometries whose orientation is needed
   std::vector<double> radius_sum, max_distance;  // per pair
-  std::size_t n_patch_points = 0;                // that all patches together may have beyond one per pair
+  std::size_t n_patch_points = 0;                // most points of all patches together, beyond one per pair
   int n_v = 0;
-  std::vector<double> unfolded;  // Jacobian of a folded pair by its axes, 3 rows
+  std::vector<double> unfolded;  // Jacobian of a folded pair over its axes, 3 rows
   std::optional<int> planar_axis;
   detail::KernelContext context;
   Eigen::Vector3d coincident_normal;
 
-  // Per pair, of an earlier query: a unit vector in the frame of `first` along which the two were apart. Every direction gives a true
-  // bound, so that it decides how long an answer takes, and never which one it is.
+  // Per pair: a unit vector in the frame of `first` that separated the two shapes in an earlier query. Every direction gives a valid lower
+  // bound, so this vector changes the time of a query but never its result.
   std::vector<Eigen::Vector3d> parting;
 
   std::vector<ClosePair> close_pairs;
   bool close_pairs_known = false;
 
-  // Of the configuration in hand.
+  // Data of the current configuration.
   std::vector<double> center_x, center_y, center_z;  // per geometry, padded
-  std::vector<world::Pose> X_WG;                     // of `posed` only
+  std::vector<world::Pose> X_WG;                     // only for `posed`
   std::uint64_t stamp = 1;                           // counts configurations; 0 in Gaps and `placed`: none yet
-  std::vector<std::uint64_t> placed;                 // per geometry: the one in which Gaps placed it
+  std::vector<std::uint64_t> placed;                 // per geometry: stamp of the configuration in which Gaps placed it
   std::vector<double> center_distance2;              // per pair
-  std::vector<double> excess;                        // per pair: squared distance beyond which it is out of reach, taken off
-  std::vector<double> left_out;                      // per pair: distance from which on it is left out
+  std::vector<double> excess;    // per pair: squared centre distance minus the squared distance beyond which the pair is out of reach
+  std::vector<double> left_out;  // per pair: distance from which the pair is left out
   std::vector<int> candidates;
   std::vector<double> center_distance, center_inverse;    // per candidate: ‖p_A − p_B‖ of the centres and 1 over it
   std::vector<std::pair<double, std::uint64_t>> nearest;  // for max_contacts
@@ -128,7 +130,7 @@ namespace detail {
 
 /// Rows n, t1, t2 of a contact over the axes of its pair (3 × n_axes), with the kinematics of the last calc_jacobians().
 void fill_axis_columns(const Workspace::Impl& w, const Contact& contact, double* J);
-/// Columns of axes (rows × n_axes) to those of the coordinates that move them (rows × n_columns).
+/// Turns columns per axis (rows × n_axes) into columns per coordinate that moves the axes (rows × n_columns).
 void fold_columns(const Workspace::Impl& w, const Workspace::Impl::PairData& pair, int rows, const double* from, double* to);
 void fill_screws(Workspace::Impl& w, const world::Kinematics& kinematics);
 
@@ -144,8 +146,8 @@ inline void set_frame(const Eigen::Vector3d& n, const std::optional<int>& planar
     out.t2_W = n.cross(t1);
     return;
   }
-  // Frisvad 2012 in the form of Duff et al. 2017. The second chart is for a cap of 8° around −z only, so that the frame is
-  // continuous everywhere but on the rim of that cap.
+  // Frisvad 2012 in the form of Duff et al. 2017. The second chart covers only a cap of 8° around −z, so the frame is continuous
+  // everywhere except on the rim of that cap.
   const double sign = n.z() > -0.99 ? 1.0 : -1.0;
   const double a = -1.0 / (sign + n.z());
   const double b = n.x() * n.y() * a;

@@ -15,11 +15,11 @@ using core::Status;
 using Eigen::VectorXd;
 using Stage = BoxLqWorkspace::Stage;
 
-/// Narrower boxes have no inside to speak of.
+/// Bounds closer than this are widened to it, because the interior-point method needs an interior.
 constexpr double kNarrow = 1e-9;
-/// Share of the way to the nearest bound that a step may go.
+/// Largest step, as a share of the way to the nearest bound.
 constexpr double kToBoundary = 0.995;
-/// The start keeps so much of every box to its bounds.
+/// Distance of the start from the bounds, as a share of their width.
 constexpr double kInside = 0.01;
 
 void require_finite(const std::string& field, const Eigen::Ref<const Eigen::MatrixXd>& values) {
@@ -78,7 +78,7 @@ class Solver {
         break;
       }
       if (!improve()) {
-        if (out.iterations == 0) out.status = Status::NumericalFailure;  // later: this far and no farther, the digits are used up
+        if (out.iterations == 0) out.status = Status::NumericalFailure;  // in later iterations: rounding allows no further progress
         break;
       }
     }
@@ -97,7 +97,7 @@ class Solver {
     const LqStage& s = p_.stages[t];
     return std::max(s.upper[i], 0.5 * (s.lower[i] + s.upper[i] + kNarrow));
   }
-  /// One step: predicted without centring, then corrected. @returns false: no factor, or no way to go
+  /// Takes one step: a predictor without centring, then the corrector. @returns false if the factorisation or the step failed
   bool improve() {
     if (!factorise(p_, w_)) return false;
     const double mu = complementarity();
@@ -116,8 +116,8 @@ class Solver {
     for (std::size_t t = 0; t < T_; ++t) f(p_.stages[t], w_.stages[t], t);
   }
 
-  /// No change at all, or the nearest to it inside of every box, and multipliers of the size of the gradient there. Away from it, unstable dynamics would
-  /// take the states so far that no digit of theirs is left in the end.
+  /// Starts with zero inputs, or the nearest inputs inside the bounds, and with multipliers of the size of the gradient there. A start
+  /// farther away would let unstable dynamics grow the states until rounding leaves no correct digit.
   void start() {
     w_.stages.resize(T_);
     count_ = 0;
@@ -140,7 +140,7 @@ class Solver {
     });
     simulate();
     calc_gradient();
-    double work = 0;  // of the gradient over half a box
+    double work = 0;  // Σ |gradient| · half of the width between the bounds
     each([&](const LqStage&, Stage& s, std::size_t t) {
       for (Eigen::Index i = 0; i < m_; ++i) work += std::abs(s.gradient[i]) * 0.5 * (high(t, i) - low(t, i));
     });
@@ -165,7 +165,7 @@ class Solver {
     });
   }
 
-  /// Gradient of the Lagrangian to u_t at the present point, by the costates, without the multipliers of the boxes.
+  /// Gradient of the Lagrangian with respect to u_t at the current point, by the costates, without the multipliers of the bounds.
   void calc_gradient() {
     w_.costate.setZero(n_);
     for (std::size_t t = T_; t-- > 0;) {
@@ -199,8 +199,8 @@ class Solver {
     return out;
   }
 
-  /// f(u) − f* ≤ Σ s·z + Σ |residual| · width, since f is convex and every input lies in its box; rows that do not hold yet count with
-  /// their multipliers. Residuals are linear: a step of length α leaves 1 − α of them.
+  /// Bound of the distance to the minimum: f(u) − f* ≤ Σ s·z + Σ |residual| · width, since f is convex and every input lies within its
+  /// bounds. Rows that do not hold yet count with their multipliers. Residuals are linear: a step of length α leaves 1 − α of them.
   double gap() { return count_ * complementarity() + unbalanced_; }
 
   /// Σ |residual| · width at the start.
@@ -232,7 +232,7 @@ class Solver {
     return sum / count_;
   }
 
-  /// What every product slack·multiplier should become; with the second-order term of the step tried before.
+  /// Sets the target of every product slack · multiplier to mu; `correct` adds the second-order term of the step tried before.
   void aim(double mu, bool correct) {
     each([&](const LqStage&, Stage& s, std::size_t) {
       s.center_lower.setConstant(mu), s.center_upper.setConstant(mu), s.center_row.setConstant(mu);
@@ -243,8 +243,9 @@ class Solver {
     });
   }
 
-  /// The Newton step to the centres, with the factors at hand; all its parts. @returns the longest step that keeps everything
-  /// positive; NaN where the step is not finite: unstable dynamics have used up all digits
+  /// Computes all parts of the Newton step to the target products with the current factorisation.
+  /// @returns the longest step that keeps slacks and multipliers positive; NaN if the step is not finite, which happens when unstable
+  ///   dynamics leave no correct digit
   double try_step() {
     calc_newton_step(p_, w_);
     double limit = std::numeric_limits<double>::infinity();
@@ -273,7 +274,7 @@ class Solver {
     if (!(alpha > 0)) return false;
     each([&](const LqStage&, Stage& s, std::size_t) {
       s.u += alpha * s.du;
-      // By the feedback of forward(): simulated from the inputs alone, unstable dynamics would amplify rounding.
+      // dx_next includes the feedback of forward(). A simulation from the inputs alone would amplify rounding errors in unstable dynamics.
       s.x_next += alpha * s.dx_next;
       s.s_lower += alpha * s.du;
       s.s_upper -= alpha * s.du;
@@ -303,8 +304,8 @@ class Solver {
   BoxLqWorkspace& w_;
   Eigen::Index n_, m_;
   std::size_t T_;
-  double count_ = 0;       // of products slack · multiplier
-  double unbalanced_ = 0;  // of what gap() says of the residuals
+  double count_ = 0;       // number of products slack · multiplier
+  double unbalanced_ = 0;  // part of gap() that comes from the residuals
 };
 
 }  // namespace

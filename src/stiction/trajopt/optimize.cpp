@@ -31,8 +31,8 @@ struct OptimizeWorkspace::Impl {
     for (int i = 0; i < threads; ++i) models.emplace_back(model);
   }
   core::ThreadPool pool;
-  std::vector<StageModelWorkspace> models;  // per thread
-  std::vector<Status> solved;               // of the local models, per time
+  std::vector<StageModelWorkspace> models;  // one per thread
+  std::vector<Status> solved;               // status of the local model of each time
   dynamics::StepWorkspace rollout;
   dynamics::StepResult step;
   Trajectory nominal, trial, best;
@@ -140,7 +140,7 @@ class Optimizer {
                           .elapsed_s = elapsed()});
   }
 
-  /// Follows the guess.
+  /// Rolls out the guess.
   Status begin() {
     Trajectory& n = w_.nominal;
     n.q.assign(T_ + 1, in_.q_start);
@@ -161,7 +161,7 @@ class Optimizer {
     return calc_cost(model_, weights_, in_.reference, trajectory.q, trajectory.u, u_before_);
   }
 
-  /// q_{t+1} by the exact dynamics.
+  /// Computes q_{t+1} with the exact dynamics.
   Status advance(Trajectory& trajectory, std::size_t t) {
     ++out_.steps;
     const Status status = dynamics::step(model_, {trajectory.q[t], trajectory.u[t]}, exact_, w_.rollout, w_.step);
@@ -174,7 +174,7 @@ class Optimizer {
     out_.history.push_back(entry);
   }
 
-  /// @returns false when it was stopped half-way
+  /// @returns false if it was stopped before the end
   bool iterate(int i) {
     IterationLog entry;
     linearise(i, entry);
@@ -192,7 +192,7 @@ class Optimizer {
 
   // ---- local models
 
-  /// Local models along the nominal trajectory, carried to the exact states, and the expansion of the cost.
+  /// Computes the local models along the nominal trajectory, transported to the exact states, and the expansion of the cost.
   void linearise(int i, IterationLog& entry) {
     entry.sharpness = sharpness(scheme_of(options_, i, 0, T_));
     w_.solved.resize(T_);
@@ -214,14 +214,14 @@ class Optimizer {
 
   // ---- bounds
 
-  /// Where efforts are limited a command is no farther ahead of its joint than the motor pulls.
+  /// Input bound of joint j. With effort limits it is at most the deflection at which the motor reaches its effort limit.
   double bound(int j) const {
     const double most = options_.input_bound.size() == 1 ? options_.input_bound[0] : options_.input_bound[j];
     return options_.step.effort_limits ? std::min(most, model_.effort()[j] / model_.stiffness()[j]) : most;
   }
 
-  /// |u_t − q̄ᵃ_t| ≤ bound and joint limits, as increments of ū_t. A joint outside of its limits by the tolerance of a step still leaves
-  /// a box: the nearest command.
+  /// Sets the bounds |u_t − q̄ᵃ_t| ≤ bound and the joint limits, as increments of ū_t. If a joint violates its limits by the tolerance of a
+  /// step, the bounds still contain the nearest command.
   void fill_box(std::size_t t, bool with_nominal) {
     LqStage& stage = w_.qp.stages[t];
     stage.lower.resize(m_), stage.upper.resize(m_);
@@ -230,7 +230,7 @@ class Optimizer {
       const double low = model_.lower()[j], high = model_.upper()[j];
       stage.lower[j] = std::clamp(qa - bound(j), low, high) - u;
       stage.upper[j] = std::clamp(qa + bound(j), low, high) - u;
-      if (with_nominal) {  // so that no step at all is allowed too, and a short enough one always lowers the cost
+      if (with_nominal) {  // keep the zero step feasible, so that a short enough step always lowers the cost
         stage.lower[j] = std::min(stage.lower[j], 0.0);
         stage.upper[j] = std::max(stage.upper[j], 0.0);
       }
@@ -271,7 +271,7 @@ class Optimizer {
     return status;
   }
 
-  /// The inputs of the QP, shortened, with its feedback on where the exact dynamics really go.
+  /// Rolls out the shortened inputs of the QP with the exact dynamics, with the QP's feedback on the deviation from its predicted states.
   bool follow(double length) {
     const Trajectory& n = w_.nominal;
     Trajectory& trial = w_.trial;
@@ -323,7 +323,7 @@ class Optimizer {
 
   // ---- result
 
-  /// The best trajectory once more, for its contacts: the same steps from the same start give the same bits.
+  /// Repeats the best trajectory to collect its contacts: the same steps from the same start give the same bits.
   void keep_best() {
     out_.u = w_.best.u;
     out_.q = w_.best.q;

@@ -15,9 +15,10 @@ void add_rows(const LqStage& d, BoxLqWorkspace& work, Stage& s) {
   s.H.noalias() += d.Gu.transpose() * work.weighted_u;
 }
 
-/// Linear terms of the cost to go, in increments from the present point: absolute inputs would lose the digits of small slacks.
+/// Computes the linear terms of the cost to go, in increments from the current point: absolute inputs would lose the digits of small
+/// slacks.
 void backward(const BoxLqProblem& problem, BoxLqWorkspace& work) {
-  work.costate.setZero(problem.x0.size());  // those of (x_{t+1}, u_t)
+  work.costate.setZero(problem.x0.size());  // linear terms of the cost to go in x_{t+1} (costate) and u_t (u_before)
   work.u_before.setZero(problem.R.size());
   for (std::size_t t = problem.stages.size(); t-- > 0;) {
     const LqStage& d = problem.stages[t];

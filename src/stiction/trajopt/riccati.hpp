@@ -19,7 +19,7 @@ inline void change(const BoxLqProblem& problem, const BoxLqWorkspace& work, std:
   if (t > 0) out -= work.stages[t - 1].u;
 }
 
-/// Gx x_t + Gu u_t + g; untouched where there are no rows.
+/// Gx x_t + Gu u_t + g; `out` is left as it is if the stage has no rows.
 inline void row_value(const BoxLqProblem& problem, const BoxLqWorkspace& work, std::size_t t, Eigen::VectorXd& out) {
   const LqStage& d = problem.stages[t];
   if (d.g.size() == 0) return;
@@ -30,11 +30,12 @@ inline void row_value(const BoxLqProblem& problem, const BoxLqWorkspace& work, s
 
 // ---- the step
 
-/// Riccati recursion for the Hessian of (T.3) plus z/s on the boxes and Gᵀ diag(y/s) G of the rows: cost to go in (x_t, u_{t−1}), gains.
-/// @returns false: a Hessian that is not positive definite
+/// Computes the cost to go in (x_t, u_{t−1}) and the gains by a Riccati recursion. The Hessian is that of (T.3), plus z/s of the bounds and
+/// Gᵀ diag(y/s) G of the rows.
+/// @returns false if a Hessian is not positive definite
 bool factorise(const BoxLqProblem& problem, BoxLqWorkspace& work);
 
-/// du, dx_next and ds_row of the Newton step to the centres, with the factors at hand.
+/// Computes du, dx_next and ds_row of the Newton step towards the target products, with the current factorisation.
 void calc_newton_step(const BoxLqProblem& problem, BoxLqWorkspace& work);
 
 }  // namespace stiction::trajopt

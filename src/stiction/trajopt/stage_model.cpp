@@ -15,8 +15,8 @@ using world::Model;
 
 namespace {
 
-/// A and B from the tangent space at q̄_t to the one at the exact q̄_{t+1}; the smoothed c lies beside it, and increments of free
-/// rotations are carried over in the world.
+/// Writes A and B, which map the tangent space at q̄_t to the tangent space at the exact q̄_{t+1}. The smoothed next state c differs from
+/// q̄_{t+1}, so increments of free rotations are transported between the two in the world frame.
 void fill_dynamics(const Model& model, const dynamics::LocalModel& local, VectorRef q_next, bool use_A, LqStage& stage) {
   const Eigen::Index n = model.n_v(), m = model.n_a();
   const bool solved = local.status == Status::Solved;
@@ -44,13 +44,13 @@ void fill_dynamics(const Model& model, const dynamics::LocalModel& local, Vector
 
 // ---- forces
 
-/// μ λ_n − dᵀλ_t ≥ 0 of one contact, as a share of its λ_n.
+/// Row μ λ_n − dᵀλ_t ≥ 0 of one contact, divided by its λ_n.
 struct ForceRow {
   std::size_t contact;
   Eigen::RowVector3d weights;
 };
 
-/// Rows of the near contacts that carry a smoothed force, (T.7).
+/// Writes the rows (T.7) of the near contacts with a smoothed force.
 std::vector<ForceRow> force_rows(const Model& model, const OptimizeOptions& options, const dynamics::StepResult& step) {
   const bool planar = model.planar_axis().has_value();
   const int rays = planar ? 2 : options.forces->rays;
@@ -83,7 +83,7 @@ void fill_rows(const Model& model, const std::vector<ForceRow>& rows, const dyna
   }
 }
 
-/// The analytic local model together with the derivatives of its forces.
+/// Computes the analytic local model together with the derivatives of its forces.
 void calc_with_forces(const Model& model, const NominalStep& nominal, const dynamics::Analytic& scheme, const OptimizeOptions& options,
                       StageModelWorkspace& work, LqStage& stage) {
   dynamics::StepOptions step_options = options.step;
