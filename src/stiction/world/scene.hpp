@@ -160,7 +160,7 @@ struct RobotSpec {
   bool convex_hulls = false;             ///< true: each mesh becomes one hull, without a note; false: NonConvex::TakeHulls applies
   std::vector<std::string> push_with{};  ///< only these links may touch objects ('*' matches any run of characters); empty: all links
   std::optional<Decomposition> decomposition{};  ///< settings for splitting non-convex meshes into convex parts; excludes convex_hulls
-  MjcfSplit split{};                             ///< of an MJCF
+  MjcfSplit split{};                             ///< robots and objects of the file, if it is an MJCF
   bool fixed_base = false;           ///< MJCF only: free joints of robots are left out, and their bodies stay at the pose in the file
   std::vector<MountSpec> mounts{};   ///< in this order; see mount() in mount.hpp
   std::vector<std::string> notes{};  ///< deviations from the files other than the robot's own, one sentence each
