@@ -110,7 +110,7 @@ bool MjcfCouplings::couple(const Relation& relation, int follower, bool only_to_
   return true;
 }
 
-/// Of tendons those first that begin at joints that an actuator moves.
+/// Couples joints by the equalities of the file. Of the tendon equalities, those on an actuated joint come first.
 void MjcfCouplings::take_equalities() {
   const auto is_open = [&](int i, mjtEq type) { return m_->eq_active0[i] && m_->eq_type[i] == type && !meaning_.equality[at(i)]; };
   for (int i = 0; i < m_->neq; ++i) {

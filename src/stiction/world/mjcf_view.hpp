@@ -68,7 +68,7 @@ class MjcfView {
  private:
   std::string describe(std::string_view element, mjtObj type, int id, std::string_view reason) const;
   void find_masks();
-  /// True if the bodies of a contact pair cannot touch: the file excludes them, or a joint links them.
+  /// True if the bodies of a contact pair cannot touch: the file excludes them, they are welded together, or a joint links them.
   bool is_kept_apart(int pair) const;
   bool has_colliding_geom(int body) const;
   bool has_at_or_below(int top, const std::function<bool(int)>& has) const;
