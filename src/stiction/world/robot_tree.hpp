@@ -115,7 +115,7 @@ struct RobotContents {
   std::vector<std::pair<std::string, std::string>> excludes;  ///< names of bodies that never touch each other
   std::vector<ContactSpec> contacts{};                        ///< names are "body/geometry"; for the world "world/geometry"
   std::string sha256;                                         ///< hash of the file or text, and of mounted files
-  FileConfiguration as_written{};                             ///< of an MJCF
+  FileConfiguration as_written{};                             ///< pose in which an MJCF is written
   std::vector<FileConfiguration> keyframes{};
   std::vector<FilePlace> places{};
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< gravity of an MJCF [m/s²]

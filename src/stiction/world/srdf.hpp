@@ -11,10 +11,11 @@ namespace stiction::world {
 /// Contents of an SRDF file (of MoveIt): the pairs of links of a robot that may or may not touch each other.
 struct Srdf {
   using LinkPair = std::pair<std::string, std::string>;
-  std::vector<LinkPair> disabled;                ///< <disable_collisions link1="…" link2="…"/>
-  std::vector<LinkPair> enabled;                 ///< <enable_collisions link1="…" link2="…"/>
-  std::vector<std::string> disabled_by_default;  ///< <disable_default_collisions link="…"/>: with all links, but for pairs that are enabled
-  std::vector<std::string> notes;                ///< other contents of the file that are not applied, one sentence each
+  std::vector<LinkPair> disabled;  ///< <disable_collisions link1="…" link2="…"/>
+  std::vector<LinkPair> enabled;   ///< <enable_collisions link1="…" link2="…"/>
+  std::vector<std::string>
+      disabled_by_default;         ///< <disable_default_collisions link="…"/>: disabled with all links, except in enabled pairs
+  std::vector<std::string> notes;  ///< other contents of the file that are not applied, one sentence each
 
   /// Pairs of `links` that never touch each other: disabled pairs, and pairs that are not enabled and of which one link is disabled by default.
   /// Links of the file that are not in `links` are ignored.
