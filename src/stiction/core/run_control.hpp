@@ -7,7 +7,7 @@
 
 namespace stiction::core {
 
-/// What a long run reports between iterations.
+/// Progress that a long run reports between iterations.
 struct Progress {
   long iteration = 0;
   double fraction = 0.0;                      ///< share of the budget that is used, in [0, 1]

@@ -95,7 +95,7 @@ void trim_hull_cache(const fs::path& folder, std::uintmax_t limit) {
   std::uintmax_t total = 0;
   std::error_code error;
   for (fs::directory_iterator at(folder, error); !error && at != fs::directory_iterator(); at.increment(error)) {
-    // Temporary files of a program that was stopped while writing have a longer name; they count as well.
+    // Temporary files of a program that was stopped while writing contain the extension inside a longer name; they count as well.
     if (at->path().filename().string().find(kExtension) == std::string::npos) continue;
     std::error_code gone;
     const std::uintmax_t size = at->is_regular_file(gone) ? at->file_size(gone) : 0;

@@ -70,7 +70,7 @@ void MjcfMotors::add_actuator(int i, int j, double lever) {
   if (servo) spring_[joint] = spring_[joint].value_or(0) + gain[0] * lever * lever;
 }
 
-/// Joints that belong to a robot only because another joint of their tree has an actuator.
+/// Leading joints without an actuator, which belong to a robot only because another joint of their tree has one.
 std::vector<std::string> MjcfMotors::without_actuator() const {
   std::vector<std::string> names;
   for (int j = 0; roles_.by_actuators() && j < m_->njnt; ++j) {

@@ -40,7 +40,7 @@ BoundingSphere calc_bounding_sphere(const Shape& shape);
 /// Convex hull of points (3 × n): no inner points, outward triangles. @throws core::InvalidInput for flat or too few points
 ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points);
 
-/// What to do with a mesh that encloses less than 99 % of its convex hull.
+/// Treatment of a mesh that encloses less than 99 % of its convex hull.
 enum class NonConvex {
   TakeHull,   ///< one hull of the whole mesh
   TakeHulls,  ///< one hull per solid if all solids of the mesh are convex; else one hull, which fills the hollows of the mesh
