@@ -60,8 +60,8 @@ struct Source {
   }
 };
 
-/// Returns the parts of a mesh file, which is read only once even if several links use it. Each part has its own copy of the triangles, since a
-/// link counts the triangles of a file with several parts once.
+/// Returns the parts of a mesh file, which is read only once even if it is used several times. Each use has its own copy of the triangles, because
+/// parts with the same copy count as one mesh in a link.
 LoadedMesh find_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, Source& source) {
   const auto key = std::pair{file, std::array{scale[0], scale[1], scale[2]}};
   const auto known = source.meshes.find(key);
