@@ -6,10 +6,10 @@
 
 namespace stiction::core {
 
-/// Mistakes of the caller that are told together: what reads a file goes on behind each of them.
+/// Collects mistakes of the caller so that they are reported together: the reader of a file continues after each of them.
 class Faults {
  public:
-  /// Keeps what `read` complains about. @returns false if it does
+  /// Calls `read` and keeps the message of an InvalidInput that it throws. @returns false if it throws one
   template <class Read>
   bool collect(Read&& read) {
     try {

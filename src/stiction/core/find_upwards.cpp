@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The program or shared library that this function was linked into; empty when the system does not say.
+/// Path of the program or shared library that this function was linked into; empty if the system does not report it.
 fs::path own_file() {
   std::error_code error;
   Dl_info info{};

@@ -8,12 +8,12 @@
 namespace stiction::core {
 namespace {
 
-/// Whether a number without sign that a double cannot hold is too large; else it is too small.
+/// For an unsigned number outside the range of a double: true if it is too large, false if it is too small.
 bool is_too_large(std::string_view number) {
   const std::size_t exponent_at = std::min(number.find_first_of("eE"), number.size());
   const std::string_view digits = number.substr(0, exponent_at);
   const std::size_t first = digits.find_first_of("123456789"), point = std::min(digits.find('.'), digits.size());
-  // Digits before the point, from the first that is not 0; of a number below 1 the zeros behind the point, negative.
+  // Number of digits before the point, counted from the first nonzero one. For a number below 1: minus the number of zeros after the point.
   const auto places = static_cast<std::ptrdiff_t>(point) - static_cast<std::ptrdiff_t>(first);
   if (exponent_at == number.size()) return places > 0;
   std::string_view power = number.substr(exponent_at + 1);

@@ -5,13 +5,14 @@
 
 namespace stiction::core {
 
-/// The number at the start of a text, which is taken off the text: decimal digits with a point, an exponent, a sign; "inf" and "nan" as well.
-/// Numbers that are too large are infinite, those that are too small are 0. The same in every locale. nullopt where no number stands there;
-/// the text then stays as it is.
+/// Reads the number at the start of a text and removes it from the text. The number has decimal digits, and may have a point, an exponent and
+/// a sign; "inf" and "nan" are numbers too. A number too large for a double becomes infinite, and one too small becomes 0. The result is the
+/// same in every locale.
+/// @returns nullopt if the text does not start with a number; the text then stays unchanged
 /// Tests: tests/core/number_test.cpp
 std::optional<double> take_number(std::string_view& text) noexcept;
 
-/// A text that is one number and nothing else.
+/// Reads a text that consists of one number only; nullopt for any other text.
 std::optional<double> parse_number(std::string_view text) noexcept;
 
 }  // namespace stiction::core

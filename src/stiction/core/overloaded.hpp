@@ -2,7 +2,7 @@
 
 namespace stiction::core {
 
-/// One visitor of a variant out of a function for each of its types.
+/// Combines several functions, one for each type of a variant, into one visitor.
 template <class... F>
 struct Overloaded : F... {
   using F::operator()...;

@@ -18,8 +18,8 @@ using Body = std::function<int(int, int, const ThreadPool::Turn&)>;
 struct Job {
   const Body& body;
   const ThreadPool::Turn* outer;
-  int place;                ///< item of the outermost run that it belongs to; −1: it is that run
-  std::atomic<int> needed;  ///< items
+  int place;                ///< item of the outermost run that this run belongs to; −1 for the outermost run itself
+  std::atomic<int> needed;  ///< number of items that are needed
   int begun = 0, running = 0;
   std::exception_ptr error = nullptr;
   int error_item = std::numeric_limits<int>::max();
@@ -36,7 +36,7 @@ struct ThreadPool::Impl {
   std::vector<Job*> jobs;
   bool quit = false;
 
-  /// With an item to begin: the outermost run, else the run of its smallest item.
+  /// Returns a run that has an item to begin: the outermost run, else the inner run of the smallest item.
   Job* find_work() const {
     Job* out = nullptr;
     for (Job* job : jobs) {
@@ -118,7 +118,7 @@ int ThreadPool::run_until(int n, const Body& body, const Turn* outer) {
   pool.jobs.push_back(&job);
   if (!pool.threads.empty()) pool.changed.notify_all();
   while (job.has_items() || job.running > 0) {
-    // Within an item its thread waits: what it works with is in use.
+    // A thread inside an item takes no item of another run, because its worker's data are in use: it waits.
     if (Job* next = job.has_items() ? &job : outer == nullptr ? pool.find_work() : nullptr) {
       pool.do_item(*next, worker, lock);
     } else {

@@ -4,7 +4,8 @@
 
 namespace stiction::core {
 
-/// Of all threads of this process, or with CLOCK_THREAD_CPUTIME_ID of this one [s]: what other work on the machine does not lengthen.
+/// Processor time of all threads of this process, or of this thread with CLOCK_THREAD_CPUTIME_ID [s]. Other work on the machine does not
+/// lengthen it.
 inline double processor_time(clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
   timespec now{};
   clock_gettime(clock, &now);

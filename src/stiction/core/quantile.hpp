@@ -6,10 +6,10 @@
 
 namespace stiction::core {
 
-/// The value at the nearest rank p (n − 1) of n sorted ones.
+/// The quantile p of n values: the sorted value whose rank is nearest to p (n − 1).
 /// @param values  in any order
-/// @param p       in [0, 1]; 0.5: the median, of an even number the upper one
-/// @returns NaN of none
+/// @param p       in [0, 1]; 0.5 gives the median, the upper one if n is even
+/// @returns NaN if there are no values
 /// Tests: tests/core/quantile_test.cpp
 inline double quantile(std::vector<double> values, double p) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();

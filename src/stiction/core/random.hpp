@@ -5,8 +5,8 @@
 namespace stiction::core {
 
 /// Counter-based random numbers: the same (seed, stream) gives the same sequence on every machine and for any number of threads.
-/// The generator is SplitMix64 with an odd increment derived from the stream; distributions are our own, because those
-/// of the standard library differ between implementations.
+/// The generator is SplitMix64 with an odd increment derived from the stream; distributions are our own, because the
+/// distributions of the standard library differ between implementations.
 class Random {
  public:
   Random(std::uint64_t seed, std::uint64_t stream);

@@ -7,22 +7,22 @@
 
 namespace stiction::core {
 
-/// What a long run reports between iterations.
+/// Progress that a long run reports between iterations.
 struct Progress {
   long iteration = 0;
-  double fraction = 0.0;                      ///< of the budget used, in [0, 1]
+  double fraction = 0.0;                      ///< share of the budget that is used, in [0, 1]
   double best = 0.0;                          ///< figure of merit so far; smaller is better (for a planner: distance to the goal)
-  long size = 0;                              ///< nodes, samples …
-  std::optional<double> cost = std::nullopt;  ///< of the best solution, while a run goes on to improve it
+  long size = 0;                              ///< number of nodes, samples …
+  std::optional<double> cost = std::nullopt;  ///< cost of the best solution, while the run continues to improve it
   double elapsed_s = 0.0;
 };
 
-/// How a caller stops and watches a long run. The run looks at it between iterations and returns its best result so far.
+/// Lets a caller stop and watch a long run. The run checks it between iterations; when stopped, it returns its best result so far.
 struct RunControl {
   using Clock = std::chrono::steady_clock;
 
   const std::atomic<bool>* cancel = nullptr;  ///< set from a signal handler or another thread
-  std::function<bool()> abandoned = nullptr;  ///< nothing needs the run any more; as good as cancelled
+  std::function<bool()> abandoned = nullptr;  ///< returns true if the run is no longer needed; acts as a cancellation
   std::optional<Clock::time_point> deadline;
   std::function<void(const Progress&)> on_progress;
 

@@ -46,7 +46,7 @@ std::string sha256(std::string_view bytes) {
   std::size_t done = 0;
   for (; done + 64 <= bytes.size(); done += 64) absorb(state, data + done);
 
-  // The rest, a one bit, zeros and the length in bits fill one or two more blocks.
+  // The remaining bytes, a one bit, zeros and the length in bits fill one or two more blocks.
   std::array<unsigned char, 128> tail{};
   const std::size_t rest = bytes.size() - done;
   for (std::size_t i = 0; i < rest; ++i) tail[i] = data[done + i];

@@ -11,7 +11,7 @@ using Eigen::Matrix3d;
 
 namespace {
 
-/// The object that this one hangs on, −1 for the world.
+/// Index of the object that this one hangs on; −1 for the world.
 int find_parent(const Model::Impl& m, const ObjectSpec& spec, int index) {
   if (spec.parent.empty()) return -1;
   if (spec.joint != ObjectJoint::Hinge && spec.joint != ObjectJoint::Slider)
@@ -22,7 +22,7 @@ int find_parent(const Model::Impl& m, const ObjectSpec& spec, int index) {
   core::throw_invalid("parent", fmt::format("'{}'", spec.parent), "an object listed before");
 }
 
-/// @throws core::InvalidInput: a number or a frame that no object can have
+/// Checks the numbers and frames of an object. @throws core::InvalidInput: a value that no object can have
 void require_object(const ObjectSpec& spec) {
   core::require_positive("mass", spec.mass);
   core::require_nonnegative("weight_share", spec.weight_share);
@@ -84,7 +84,7 @@ class CoordinateAdder {
     add_dof("theta", DofKind::Revolute);
   }
 
-  /// Of a hinge or a slider.
+  /// Adds the coordinate of a hinge or a slider.
   void add_axis(std::string_view name, DofKind kind) {
     if (!(spec_.axis.norm() > 1e-9) || !spec_.axis.allFinite()) core::throw_invalid("axis", "0 or not finite", "a direction");
     node_.axis_P = spec_.axis.normalized();

@@ -48,7 +48,7 @@ class RobotAdder {
 
     const int base = static_cast<int>(m_.bodies.size());
     const std::vector<int> v_of_joint = number_joints(tree, m_.n_v);
-    const int q_ahead = m_.n_q - m_.n_v;  // of a joint's configuration number, of its velocity index
+    const int q_ahead = m_.n_q - m_.n_v;  // index of a joint in q minus its index in v
     for (std::size_t i = 0; i < tree.links.size(); ++i) {
       add_link(tree, i, base, i == 0 ? -1 : v_of_joint[i - 1], q_ahead, stiffness, effort);
     }
@@ -72,7 +72,7 @@ class RobotAdder {
  private:
   using PerJoint = std::map<std::string, double>;
 
-  /// The numbers that a scene gives for joints by name.
+  /// Collects the values that a scene gives for joints by name.
   static PerJoint take_per_joint(std::string_view what, std::span<const std::pair<std::string, double>> given,
                                  std::span<const std::string> joints) {
     PerJoint out;
@@ -84,19 +84,19 @@ class RobotAdder {
     return out;
   }
 
-  /// Of the scene, else of the robot's file, else none.
+  /// Effort of a joint: from the scene, else from the robot's file, else infinite.
   double effort_of(const RobotJoint& joint, const PerJoint& given) {
     if (const auto found = given.find(joint.name); found != given.end()) return found->second;
     if (!joint.effort) unbounded_.push_back(joint.name);
     return joint.effort.value_or(kInfinity);
   }
 
-  /// A link of the robot's file and the joint that it hangs on (nullptr: the root), as the model numbers them.
+  /// A link of the robot's file and its joint (nullptr for the root), with their indices in the model.
   struct LinkPlace {
     const RobotLink& link;
     const RobotJoint* joint = nullptr;
     int body = -1, parent = -1;
-    int v = -1;     ///< velocity index of the joint, of a follower its leader's
+    int v = -1;     ///< velocity index of the joint, or of the leader if it is a follower
     int axis = -1;  ///< column of Kinematics
 
     bool moves() const { return joint != nullptr && joint->moves(); }
@@ -107,7 +107,7 @@ class RobotAdder {
     LinkPlace place{.link = tree.links[i], .joint = i == 0 ? nullptr : &tree.joints[i - 1]};
     if (place.joint != nullptr) place.parent = base + place.joint->parent;
     place.v = v;
-    // Columns of followers come after those of all coordinates, whose number is not known yet.
+    // Columns of followers come after the columns of all coordinates, and the number of coordinates is not known yet.
     place.axis = place.follows() ? kFollowers + static_cast<int>(m_.followers.size()) : v;
     const bool constant = add_body(place);
     add_geometries(place);
@@ -125,7 +125,7 @@ class RobotAdder {
     }
   }
 
-  /// The body of a link. Returns whether it never moves.
+  /// Adds the body of a link. @returns whether the body never moves
   bool add_body(LinkPlace& place) {
     std::vector<int> dofs, axes;
     if (place.parent >= 0) dofs = m_.bodies[at(place.parent)].dofs, axes = m_.bodies[at(place.parent)].axes;
@@ -169,7 +169,7 @@ class RobotAdder {
   }
   std::string joint_name(const RobotJoint& joint) const { return fmt::format("{}/{}", spec_.name, joint.name); }
 
-  /// How calc_kinematics() places a link that moves.
+  /// Makes the data from which calc_kinematics() places a moving link.
   static LinkNode make_node(const LinkPlace& place, int q_ahead) {
     const RobotJoint& joint = *place.joint;  // the root never moves
     LinkNode node{};
@@ -194,7 +194,7 @@ class RobotAdder {
     return node;
   }
 
-  /// The coordinate of a joint that moves by itself, with its spring and its motor. @param i  the link that the joint moves
+  /// Adds the coordinate of a joint that moves by itself, with its spring and its motor. @param i  the link that the joint moves
   void add_coordinate(const RobotTree& tree, std::size_t i, const PerJoint& stiffness, const PerJoint& effort) {
     const RobotJoint& joint = tree.joints[i - 1];
     const auto found = stiffness.find(joint.name);
@@ -222,9 +222,9 @@ class RobotAdder {
   ModelParts& parts_;
   Model::Impl& m_;
   const RobotSpec& spec_;
-  int index_;                             ///< of the robot
-  std::vector<std::string> chosen_{};     ///< joints whose stiffness nobody states, and it
-  std::vector<std::string> unbounded_{};  ///< joints whose effort nobody states
+  int index_;                             ///< index of the robot
+  std::vector<std::string> chosen_{};     ///< joints whose stiffness is the default, with its value
+  std::vector<std::string> unbounded_{};  ///< joints without a stated effort
 };
 
 }  // namespace

@@ -6,14 +6,14 @@
 
 namespace stiction::world {
 
-/// What a column of Kinematics stands for: an axis of its own, or that of a joint that follows another one.
+/// Meaning of a column of Kinematics: the axis of a velocity coordinate, or the axis of a joint that follows another one.
 struct Axis {
-  int dof;       ///< coordinate by which it moves
-  DofKind kind;  ///< it turns, or slides
-  double ratio;  ///< of its motion to that of the coordinate
+  int dof;       ///< velocity coordinate that moves the axis
+  DofKind kind;  ///< revolute or prismatic
+  double ratio;  ///< motion about the axis per motion of the coordinate
 };
 
-/// @param column  of Kinematics, as in Body::axes
+/// Looks up the meaning of a column. @param column  column of Kinematics, as in Body::axes
 inline Axis axis_at(std::span<const Dof> dofs, std::span<const Follower> followers, int column) {
   const auto at = static_cast<std::size_t>(column);
   if (at < dofs.size()) return {column, dofs[at].kind, 1};

@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kDigits = 64;                  ///< of a SHA-256
-constexpr std::uintmax_t kLargestFile = 256u << 20;  ///< [bytes]; more is none of ours
+constexpr std::size_t kDigits = 64;                  ///< hex digits of a SHA-256
+constexpr std::uintmax_t kLargestFile = 256u << 20;  ///< [bytes]; the program writes no larger file
 
 std::string make_head(std::string_view title, std::string_view key, std::string_view contents) {
   return fmt::format("{}{}\n{}\n", title, key, core::sha256(contents));
@@ -29,13 +29,13 @@ fs::path default_cache_dir() {
   const auto folder = [](const char* variable, const char* below) {
     const char* value = std::getenv(variable);
     const fs::path path = value != nullptr ? value : "";
-    return path.is_absolute() ? path / below : fs::path();  // as the XDG specification has it, relative ones do not count
+    return path.is_absolute() ? path / below : fs::path();  // the XDG specification ignores relative paths
   };
   const fs::path xdg = folder("XDG_CACHE_HOME", "stiction");
   return xdg.empty() ? folder("HOME", ".cache/stiction") : xdg;
 }
 
-/// Under a name of its own first, so that a reader never sees half a file.
+/// Writes under a temporary name first, so that a reader never sees half a file.
 void store_in_cache(const fs::path& file, const std::string& bytes) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);

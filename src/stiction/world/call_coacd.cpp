@@ -50,7 +50,7 @@ struct Library {
   Library() {
     const std::filesystem::path beside = core::find_upwards("coacd/" STICTION_COACD_FILE, core::kInstalledLevels);
     if (!beside.empty() && core::find_upwards("coacd-" STICTION_COACD_VERSION ".dist-info", core::kInstalledLevels).empty()) {
-      fault = beside.string() + " is of another version";  // whose functions take other arguments
+      fault = beside.string() + " is of another version";  // other versions take other arguments
       return;
     }
     void* const handle = dlopen(beside.empty() ? STICTION_COACD_LIBRARY : beside.c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -61,7 +61,7 @@ struct Library {
     run = reinterpret_cast<RunFunction>(dlsym(handle, "CoACD_run"));
     free_parts = reinterpret_cast<FreeFunction>(dlsym(handle, "CoACD_freeMeshArray"));
     const auto set_log_level = reinterpret_cast<LogLevelFunction>(dlsym(handle, "CoACD_setLogLevel"));
-    // Of the OpenMP that comes with the library, which is not the one of anybody else.
+    // These functions belong to the OpenMP that comes with the library, which no other library uses.
     set_threads = reinterpret_cast<SetThreadsFunction>(dlsym(handle, "omp_set_num_threads"));
     max_threads = reinterpret_cast<MaxThreadsFunction>(dlsym(handle, "omp_get_max_threads"));
     if (run == nullptr || free_parts == nullptr || set_log_level == nullptr) {
@@ -72,7 +72,7 @@ struct Library {
   }
 };
 
-/// With several threads the parts come in the order in which threads finish, and merging depends on that order.
+/// Restricts OpenMP to one thread: with several threads, the order of the parts depends on which thread ends first, and merging on that order.
 class OneThread {
  public:
   explicit OneThread(const Library& library) : library_(library) {
@@ -117,7 +117,7 @@ std::vector<Eigen::Matrix3Xd> call_coacd(const Eigen::Matrix3Xd& vertices, const
                         "the one of the Python package coacd " STICTION_COACD_VERSION ": pip install 'stiction[meshes]'");
   ++calls;
   const OneThread one_thread(library);
-  Eigen::Matrix3Xd points = vertices;  // the library asks for pointers to what it may change
+  Eigen::Matrix3Xd points = vertices;  // the library takes pointers to mutable data
   Eigen::Matrix3Xi indices = triangles;
   const CoacdMesh input{points.data(), static_cast<std::uint64_t>(points.cols()), indices.data(),
                         static_cast<std::uint64_t>(indices.cols())};

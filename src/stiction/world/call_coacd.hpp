@@ -13,6 +13,6 @@ namespace stiction::world {
 /// @throws core::InvalidInput when the library cannot be loaded
 std::vector<Eigen::Matrix3Xd> call_coacd(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles, const Decomposition& options);
 
-std::int64_t coacd_calls();  ///< how often this process has called the library
+std::int64_t coacd_calls();  ///< number of calls of the library by this process
 
 }  // namespace stiction::world

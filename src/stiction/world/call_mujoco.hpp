@@ -6,15 +6,15 @@
 
 namespace stiction::world {
 
-/// What MuJoCo said during a call.
+/// Errors and warnings of MuJoCo during a call.
 struct MujocoReport {
-  bool failed = false;  ///< it gave up: what the call worked on must not be used any more, only deleted
+  bool failed = false;  ///< MuJoCo raised an error: the data of the call must only be deleted, not used
   std::string error;
   std::vector<std::string> warnings;
 };
 
-/// Calls `function(argument)`, which calls MuJoCo. MuJoCo's own handler ends the process on errors and prints warnings; here both come
-/// back as text, per thread. Other users of MuJoCo in the same process keep their handler for calls outside this function.
+/// Calls `function(argument)`, which calls MuJoCo, and returns errors and warnings as text, per thread. (MuJoCo's own handler ends the
+/// process on errors and prints warnings.) Other users of MuJoCo in the same process keep their handler for calls outside this function.
 ///
 /// An error leaves the call by longjmp: `function` must own nothing with a destructor while it is inside MuJoCo.
 MujocoReport call_mujoco(void (*function)(void*), void* argument);

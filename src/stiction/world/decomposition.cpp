@@ -24,10 +24,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// First line of a file: what follows has this layout and comes from this version of the library.
+/// First line of a cache file: layout of the file, and version of the library that made the parts.
 constexpr std::string_view kHeader = "stiction convex parts 1, coacd " STICTION_COACD_VERSION "\n";
-constexpr std::uint64_t kMaxPoints = 1'000'000;  ///< of one part; more is damage
-constexpr double kSnap = 5e-4;                   ///< of half the longest edge of the bounding box
+constexpr std::uint64_t kMaxPoints = 1'000'000;  ///< largest number of points of a part; a file with more is damaged
+constexpr double kSnap = 5e-4;                   ///< snap distance, in units of half the longest edge of the bounding box
 
 /// SHA-256 of everything that decides the parts.
 std::string calc_key(const Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles, const Decomposition& options) {
@@ -40,7 +40,7 @@ std::string calc_key(const Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangle
   return core::sha256(bytes);
 }
 
-/// Number of parts, for each the number of points and the points.
+/// Encodes the parts: number of parts, then for each part the number of points and the points.
 std::string write_parts(const std::vector<Matrix3Xd>& parts) {
   std::string out;
   const std::uint64_t count = parts.size();
@@ -53,7 +53,7 @@ std::string write_parts(const std::vector<Matrix3Xd>& parts) {
   return out;
 }
 
-/// nullopt when the file is not there, damaged, of another version or of another mesh.
+/// Reads the parts; nullopt if the file does not exist, is damaged, or is of another version or mesh.
 std::optional<std::vector<Matrix3Xd>> read_parts(const fs::path& file, std::string_view key) {
   const auto bytes = read_sealed(file, kHeader, key);
   if (!bytes) return std::nullopt;
@@ -71,8 +71,8 @@ std::optional<std::vector<Matrix3Xd>> read_parts(const fs::path& file, std::stri
   return parts;
 }
 
-/// The library moves the surface by some 1e-4 of its size where it cuts. Corners that were there before go back to where they were, so
-/// that faces of the mesh stay flat and in their place.
+/// Moves corners of the parts back to the vertices of the mesh, so that faces of the mesh stay flat and in their place. The library moves the
+/// surface by about 1e-4 of its size where it cuts.
 void snap(const Matrix3Xd& vertices, std::vector<Matrix3Xd>& parts) {
   const double reach = kSnap / 2 * (vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff()).maxCoeff();
   for (Matrix3Xd& part : parts) {
@@ -84,7 +84,7 @@ void snap(const Matrix3Xd& vertices, std::vector<Matrix3Xd>& parts) {
   }
 }
 
-/// Hulls of the parts. A part without a volume is a sliver of a cut and is left out.
+/// Makes the hulls of the parts. A part without volume is a sliver of a cut and is left out.
 std::vector<ConvexMesh> make_hulls(const std::vector<Matrix3Xd>& parts) {
   std::vector<ConvexMesh> hulls;
   for (const Matrix3Xd& part : parts) {

@@ -6,10 +6,10 @@
 
 namespace stiction::world {
 
-/// How far the polytope of an ellipsoid is from it at most, as a share of its largest semi-axis.
+/// Largest distance between an ellipsoid and its polytope, as a share of the largest semi-axis.
 inline constexpr double kEllipsoidError = 0.01;
 
-/// A polytope of 162 corners in place of an ellipsoid: half of the error outside of it, half inside. @param radii  semi-axes [m] > 0
+/// Approximates an ellipsoid by a polytope with 162 corners; half of the error is outside the ellipsoid, half inside. @param radii  semi-axes [m] > 0
 /// Tests: tests/world/ellipsoid_test.cpp
 ConvexMesh make_ellipsoid(const Eigen::Vector3d& radii);
 

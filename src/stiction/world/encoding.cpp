@@ -36,7 +36,7 @@ namespace {
 
 constexpr std::string_view kDeclaration = "<?xml";
 
-/// Where the name of the encoding stands in an XML declaration, without quotes; empty where there is none.
+/// Finds the name of the encoding in an XML declaration, without quotes; empty if there is none.
 std::string_view declared_encoding(std::string_view text) {
   if (!text.starts_with(kDeclaration)) return {};
   const std::string_view declaration = text.substr(0, text.find("?>"));
@@ -96,7 +96,7 @@ std::string xml_text(std::string bytes, const std::filesystem::path& file, std::
 
 namespace {
 
-/// Reads until behind `end`.
+/// Skips the text up to and including `end`.
 void skip_behind(std::istream& text, std::string_view end) {
   std::string last;
   for (char c = 0; !last.ends_with(end) && text.get(c);) {
@@ -105,7 +105,7 @@ void skip_behind(std::istream& text, std::string_view end) {
   }
 }
 
-/// Behind "<!": a comment, or a document type, whose declarations stand in brackets of the same kind.
+/// Skips the rest of a comment or a document type after "<!". Declarations inside a document type have angle brackets too.
 void skip_declaration(std::istream& text) {
   char c = 0;
   if (text.get(c) && c == '-') return skip_behind(text, "-->");

@@ -11,11 +11,11 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path existing(const fs::path& path) {
-  std::error_code error;  // of names that no file can have
+  std::error_code error;  // set for names that no file can have
   return fs::is_regular_file(path, error) ? path : fs::path();
 }
 
-/// The text with its %XX turned into the bytes that they stand for; as it is where one of them stands for none.
+/// Decodes each %XX of a text into its byte; returns the text unchanged if one of them is invalid.
 std::string decode_percent(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -33,7 +33,7 @@ std::string decode_percent(std::string_view text) {
   return out;
 }
 
-/// How a path may be meant: as it is written, with %XX decoded, and with the '\' of another system as '/'.
+/// Possible readings of a path: as it is written, with %XX decoded, and with '\' replaced by '/'.
 std::vector<fs::path> readings_of(std::string_view text) {
   std::vector<fs::path> out{fs::path(text)};
   const auto add = [&](const std::string& other) {
@@ -67,7 +67,7 @@ fs::path find_in_packages(const fs::path& rest, const fs::path& base_dir, std::s
   return {};
 }
 
-/// Takes a scheme off a URI.
+/// Removes a scheme from a URI. @returns whether the URI had it
 bool take(std::string_view scheme, std::string_view& uri) {
   if (!uri.starts_with(scheme)) return false;
   uri.remove_prefix(scheme.size());

@@ -4,7 +4,7 @@
 
 namespace stiction::world {
 
-/// The free object of a pair whose other side does not move, by its index; −1 if there is none.
+/// Index of the free object in a pair whose other side is fixed; −1 for any other pair.
 int object_on_ground(const Model& model, int pair);
 
 }  // namespace stiction::world

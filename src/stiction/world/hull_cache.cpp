@@ -21,7 +21,7 @@ namespace {
 constexpr std::string_view kTitle = "stiction hulls 1\n";
 constexpr std::string_view kExtension = ".hulls";
 
-/// As: whether they fill the mesh, error, number of parts, for each the numbers of vertices and triangles, the vertices and the triangles.
+/// Encodes hulls: `filled`, error, number of parts; then for each part the numbers of vertices and triangles, the vertices and the triangles.
 std::string write_hulls(const LoadedMesh& mesh) {
   std::string out;
   const std::uint64_t filled = mesh.filled, count = mesh.parts.size();
@@ -63,7 +63,7 @@ std::optional<LoadedMesh> read_hulls(std::string_view bytes) {
   return out;
 }
 
-/// Looking at all sizes takes a while: one file in 16 is enough, and their names are as good as random.
+/// Reading all file sizes takes time, so the cache is trimmed for one new file in 16. Keys are hashes, so their first digit is random.
 bool is_time_to_trim(const std::string& key) { return key.starts_with('0'); }
 
 }  // namespace
@@ -95,7 +95,7 @@ void trim_hull_cache(const fs::path& folder, std::uintmax_t limit) {
   std::uintmax_t total = 0;
   std::error_code error;
   for (fs::directory_iterator at(folder, error); !error && at != fs::directory_iterator(); at.increment(error)) {
-    // Those of a program that was stopped while it wrote have a longer name.
+    // Temporary files of a program that was stopped while writing contain the extension inside a longer name; they count as well.
     if (at->path().filename().string().find(kExtension) == std::string::npos) continue;
     std::error_code gone;
     const std::uintmax_t size = at->is_regular_file(gone) ? at->file_size(gone) : 0;

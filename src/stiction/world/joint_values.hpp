@@ -8,12 +8,12 @@
 
 namespace stiction::world {
 
-/// Of the joints that move, those that follow others with them.
+/// Number of joints that move, followers included.
 int number_of_joints(std::span<const Link> links);
 
-/// The values of the joints that move by themselves (n_a), of a list that has one value for each of these, or one for each joint that moves
-/// in the order of the links. nullopt of a list of another length.
-/// @param n_vu  velocity coordinates of the objects, after which those of the joints come
+/// Extracts the values of the joints that move by themselves (n_a). The list has one value for each of these joints, or one for each joint that
+/// moves, in the order of the links. nullopt for a list of any other length.
+/// @param n_vu  number of velocity coordinates of the objects, which precede those of the joints
 std::optional<Eigen::VectorXd> own_joint_values(std::span<const Link> links, int n_vu, int n_a,
                                                 const Eigen::Ref<const Eigen::VectorXd>& values);
 

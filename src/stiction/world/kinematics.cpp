@@ -17,7 +17,7 @@ namespace {
 
 Quaterniond read_quaternion(const VectorRef& q, int at) { return {q[at + 6], q[at + 3], q[at + 4], q[at + 5]}; }
 
-/// exp of a rotation vector.
+/// Unit quaternion of a rotation vector (exponential map).
 Quaterniond exp_so3(const Vector3d& r) {
   const double angle2 = r.squaredNorm();
   if (angle2 < 1e-8) {  // next terms of the series are below 1e-17
@@ -48,7 +48,7 @@ Matrix3d rotation_about(int k, double angle) {
   return R;
 }
 
-/// X_WP: where the joint of an object is, given the pose of what it hangs on.
+/// Placed frame X_WP of an object, given the pose of its parent.
 Pose placed(const ObjectNode& node, const Pose* X_WParent) { return X_WParent ? *X_WParent * node.X_WP : node.X_WP; }
 
 Pose calc_object_pose(const ObjectNode& node, const Pose& X_WP, const VectorRef& q) {

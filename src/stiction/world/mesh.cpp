@@ -30,7 +30,7 @@
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
 
-// After the others: its macros are not shy.
+// Included last, because its macros clash with other headers.
 extern "C" {
 #include <libqhull_r/libqhull_r.h>
 }
@@ -42,8 +42,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kConvexTolerance = 0.01;  ///< share of the hull that a convex mesh may miss
-constexpr double kLeastShare = 1e-6;       ///< of the hull; less is a surface folded onto itself
+constexpr double kConvexTolerance = 0.01;  ///< largest share of its hull that a convex mesh does not fill
+constexpr double kLeastShare = 1e-6;       ///< least share of the hull; a mesh with less is a surface folded onto itself
 constexpr std::string_view kHullKeys = "with convex_hull of the shape or convex_hulls of the robot";
 
 /// Triangles as triples of points (3 × 3n), as read.
@@ -59,7 +59,7 @@ struct MeshFile {
   std::string bytes;
 };
 
-/// Hands Assimp the bytes of one file. It opens files twice, and those with the materials besides.
+/// Gives Assimp the bytes of one file and no other file. Assimp itself would open the file twice, and material files as well.
 class OneFile final : public Assimp::IOSystem {
  public:
   OneFile(std::string name, const std::string& bytes) : name_(std::move(name)), bytes_(bytes) {}
@@ -81,7 +81,7 @@ Soup read_triangles(const std::filesystem::path& file, const std::string& bytes)
   importer.SetIOHandler(new OneFile(file.string(), bytes));  // the importer deletes it
   // Points and lines are no surface: leave them out.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  // The numbers of the file, as Coal and ROS tools take them: <up_axis> says how a viewer should look at them.
+  // Keep the coordinates of the file, as Coal and ROS tools do: <up_axis> only tells a viewer how to show them.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
   if (scene == nullptr) fail(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
@@ -122,7 +122,7 @@ Matrix3Xd read_points(const std::filesystem::path& file, const MeshFile& content
   return points;
 }
 
-/// Signed, when the triangles close: positive when they wind outwards.
+/// Signed volume of closed triangles: positive if they wind outwards.
 double calc_soup_volume(const Matrix3Xd& points, const Vector3d& reference) {
   double volume = 0;
   for (Eigen::Index i = 0; i + 2 < points.cols(); i += 3) {
@@ -136,8 +136,8 @@ struct Surface {
   Eigen::Matrix3Xi triangles;
 };
 
-/// Gives each point one number: files repeat a point for every triangle (STL) or normal. Triangles with a corner twice go, which leaves
-/// a closed surface closed. @param inside_out  turn the triangles around
+/// Merges equal points, since files repeat a point for every triangle (STL) or normal. Triangles with two equal corners are removed, which keeps
+/// a closed surface closed. @param inside_out  true: reverse the triangles
 Surface weld(const Matrix3Xd& points, bool inside_out) {
   struct Corner {
     std::array<double, 3> point;
@@ -168,7 +168,7 @@ Surface weld(const Matrix3Xd& points, bool inside_out) {
   return out;
 }
 
-/// Every edge has as many triangles on one side as on the other.
+/// Checks that every edge has as many triangles on one side as on the other.
 void require_closed(const std::filesystem::path& file, const Surface& surface) {
   struct Uses {
     int forward = 0, backward = 0;
@@ -194,7 +194,7 @@ void require_closed(const std::filesystem::path& file, const Surface& surface) {
   }
 }
 
-/// The surfaces that hang together by their vertices, in the order of their first vertices.
+/// Splits a surface into parts that are connected by vertices, in the order of their first vertices.
 std::vector<Surface> split(const Surface& surface) {
   std::vector<int> parent(static_cast<std::size_t>(surface.vertices.cols()));
   std::iota(parent.begin(), parent.end(), 0);
@@ -225,12 +225,12 @@ std::vector<Surface> split(const Surface& surface) {
   return out;
 }
 
-/// Runs qhull and frees what it took, whatever happens.
+/// Runs qhull, and frees its memory in all cases.
 class Qhull {
  public:
   explicit Qhull(std::vector<double>& points) {
     qh_zero(&qh_, stderr);
-    sink_ = std::tmpfile();  // qhull reports by printing: nobody reads it
+    sink_ = std::tmpfile();  // qhull prints its messages; they are discarded
     char options[] = "qhull Qt Pp";
     status_ = qh_new_qhull(&qh_, 3, static_cast<int>(points.size() / 3), points.data(), false, options, nullptr, sink_);
   }
@@ -293,7 +293,7 @@ namespace {
 
 struct Hull {
   ConvexMesh mesh;
-  double share = 0;  ///< of its volume that the triangles enclose; negative when they wind inwards
+  double share = 0;  ///< share of the hull's volume that the triangles enclose; negative if they wind inwards
 
   bool is_mesh() const { return std::abs(std::abs(share) - 1) <= kConvexTolerance; }
 };
@@ -311,8 +311,9 @@ Hull calc_hull(const std::filesystem::path& file, const Matrix3Xd& points) {
   return out;
 }
 
-/// Files hold several solids, often pushed into each other. Each is split for itself: the library would first make one surface of them,
-/// on a grid, which moves faces by a percent of the size. With a surface that bounds a hollow it has to see all of them at once.
+/// Splits the solids of a file into convex parts. Files contain several solids that often overlap. Each is split separately, because the library
+/// would first merge them into one surface on a grid, which moves faces by a percent of the size. If a surface bounds a hollow, the library has to
+/// process all surfaces together.
 std::vector<ConvexMesh> decompose_pieces(const std::filesystem::path& file, const Surface& surface, const Decomposition& options) {
   std::vector<Surface> pieces = split(surface);
   std::vector<Hull> hulls;
@@ -338,7 +339,7 @@ std::vector<ConvexMesh> decompose_pieces(const std::filesystem::path& file, cons
   return all;
 }
 
-/// The solids of a file that holds nothing but convex ones, as tools for decomposition write it; empty for any other.
+/// The solids of a file if all of them are convex, as in files of decomposition tools; else empty.
 std::vector<ConvexMesh> take_hulls(const std::filesystem::path& file, const Surface& surface) {
   const std::vector<Surface> pieces = split(surface);
   std::vector<ConvexMesh> out;
@@ -395,7 +396,7 @@ LoadedMesh make_simplified_parts(const std::filesystem::path& file, const Matrix
   return out;
 }
 
-/// All that hulls depend on beside the bytes of the file and the code of this library.
+/// Describes all inputs of the hulls other than the bytes of the file and the code of this library.
 std::string say_how(const MeshFile& contents, const Vector3d& scale, const MeshOptions& options) {
   return fmt::format("assimp {}.{}.{}.{:x} qhull {} file {} scale {:a} {:a} {:a} non-convex {} tolerance {:a}", aiGetVersionMajor(),
                      aiGetVersionMinor(), aiGetVersionPatch(), aiGetVersionRevision(), qh_version, contents.extension, scale[0], scale[1],

@@ -125,7 +125,7 @@ class MjcfReader : private MjcfView {
     }
   }
 
-  /// Pairs of names; of bodies that stand still and are no links the pattern of their shapes in the fixed body "world".
+  /// Reads excluded pairs as pairs of names. A fixed body that is no link stands for its shapes in the fixed body "world", by a name pattern.
   void read_excludes() {
     const auto name = [&](int body) -> std::string {
       if (roles_.is_object(body)) return object_collides(roles_.top(body)) ? body_name(roles_.top(body)) : "";
@@ -176,7 +176,7 @@ class MjcfReader : private MjcfView {
     return joint;
   }
 
-  /// A link per joint. The body is the last one, or is welded to it where the joint's anchor is not its origin.
+  /// Adds one link per joint of a body. The body is the last link, or is welded to that link if the joint's anchor is not the body's origin.
   void read_body(int body) {
     const std::string name = body_name(body);
     int link = link_of_[static_cast<std::size_t>(m_->body_parentid[body])];
@@ -208,21 +208,21 @@ class MjcfReader : private MjcfView {
 
   // ---- objects ----
 
-  /// How an object is numbered: its name and the axes of its coordinates, or the joint of a free one.
+  /// Coordinates of an object: its name and the axes of its coordinates, or the joint of a free object.
   struct ObjectCoordinates {
     std::string name;
     int free_joint = -1;
     std::vector<MjcfAxis> axes{};
   };
 
-  /// X_UB of a body in one at or above it, in the pose of the file.
+  /// Pose X_UB of a body B in a body U at or above it, at the pose of the file.
   Pose pose_below(int body, int above) const {
     Pose X;
     for (; body != above; body = m_->body_parentid[body]) X = pose(m_->body_pos + 3 * body, m_->body_quat + 4 * body) * X;
     return X;
   }
 
-  /// Two slides and then a turn about what is across both, with nothing on them that an object in a plane does not have.
+  /// True for two slides followed by a hinge about the axis normal to both, without properties that a planar object cannot have.
   static bool is_planar(const std::vector<MjcfAxis>& axes) {
     constexpr double kSquare = 1e-9;
     if (axes.size() != 3 || axes[0].turns || axes[1].turns || !axes[2].turns || axes[2].part >= 0) return false;
@@ -234,7 +234,7 @@ class MjcfReader : private MjcfView {
     return m_->jnt_stiffness[axis.joint] != 0 || m_->dof_frictionloss[m_->jnt_dofadr[axis.joint]] != 0;
   }
 
-  /// A body with what is welded to it.
+  /// Reads a body, with the bodies welded to it, as an object.
   void read_object(int body) {
     const int above = m_->body_parentid[body], carrier = roles_.is_object(above) ? roles_.top(above) : 0;
     Pose X_PB = pose_below(body, carrier);
@@ -274,7 +274,7 @@ class MjcfReader : private MjcfView {
     add_object(body, std::move(object), 1);
   }
 
-  /// An object per axis. All but the last have a millionth of the body's mass: none may be without.
+  /// Adds one object per axis. All but the last have a millionth of the body's mass, because an object must have a mass.
   void read_axes(int body, const std::vector<MjcfAxis>& axes, Pose X_PB, std::string parent) {
     constexpr double kShare = 1e-6;
     for (std::size_t k = 0; k < axes.size(); ++k) {
@@ -302,10 +302,10 @@ class MjcfReader : private MjcfView {
     }
   }
 
-  /// What its weight moves through damping slower than this stays where it is left: a friction that bears the weight says so in a model
-  /// without time.
+  /// Replaces strong damping by dry friction. If the damping lets the weight move the object more slowly than kSlow, the object practically stays
+  /// where it is left. A quasi-static model has no damping, so it gets a friction that bears the weight.
   void hold_by_damping(const Vector3d& axis_W, ObjectSpec& object) {
-    constexpr double kSlow = 0.02, kSpare = 1.5;  // [rad/s, m/s], of the load
+    constexpr double kSlow = 0.02, kSpare = 1.5;  // largest speed [rad/s, m/s]; friction as a multiple of the load
     if (object.joint_damping == 0 || object.joint_friction != 0 || object.joint_stiffness != 0) return;
     const Vector3d weight = object.mass * object.weight_share * vector3(m_->opt.gravity);
     const double arm = object.axis.cross(object.p_BCom).norm();
@@ -315,7 +315,8 @@ class MjcfReader : private MjcfView {
     held_.push_back(object.name);
   }
 
-  /// @param share  of the mass of the body and of what is welded to it  @param shapes  whether it has theirs
+  /// @param share   share of the mass of the body and the bodies welded to it
+  /// @param shapes  whether the object gets their shapes
   void add_object(int body, ObjectSpec object, double share, bool shapes = true) {
     const Pose& X_OB = X_OB_.at(body);
     std::vector<std::pair<int, Pose>> parts;  // body, pose in the object
@@ -388,7 +389,7 @@ class MjcfReader : private MjcfView {
 
   // ---- geoms ----
 
-  /// A contact has the larger condim of both geoms, and the friction of a geom with the higher priority: MuJoCo's rules are the model's.
+  /// Reads the surface rule of a geom. The model combines two rules as MuJoCo does: the larger condim, and the friction of the higher priority.
   SurfaceRule read_rule(int g) const {
     return {.dimension = m_->geom_condim[g],
             .torsional = m_->geom_friction[3 * g + 1],
@@ -414,8 +415,8 @@ class MjcfReader : private MjcfView {
     }
   }
 
-  /// Geoms of a body that collide, posed in the link's frame by X_LB; those of the world and planes go to the fixed body.
-  /// @param owner  the link or object that they are of
+  /// Reads the colliding geoms of a body; X_LB is the body's pose in the link. Geoms of the world and planes go to the fixed body.
+  /// @param owner  name of the link or object that the geoms belong to
   void read_geoms(int body, const Pose& X_LB, RobotLink* link, const std::string& owner) {
     for (int g = m_->body_geomadr[body]; g >= 0 && g < m_->body_geomadr[body] + m_->body_geomnum[body]; ++g) {
       if (!collides(g)) continue;
@@ -463,16 +464,16 @@ class MjcfReader : private MjcfView {
   const MjcfAxes axes_;
   RobotContents out_{};
   std::vector<int> link_of_;                    ///< per body of the file
-  std::vector<std::size_t> joint_of_;           ///< of the robot, per joint of the file; of a ball its last
-  std::map<int, Pose> X_OB_;                    ///< per body that is an object: its frame in the object's
-  std::vector<ObjectCoordinates> coordinates_;  ///< of the objects
+  std::vector<std::size_t> joint_of_;           ///< joint of the robot, per joint of the file; for a ball joint its last hinge
+  std::map<int, Pose> X_OB_;                    ///< per body that is an object: the pose of its frame in the object's frame
+  std::vector<ObjectCoordinates> coordinates_;  ///< coordinates of the objects
   std::set<std::string> link_names_;
   std::map<int, std::string> geometry_;  ///< "body/geometry" per geom that collides
-  std::vector<std::string> held_;        ///< objects
+  std::vector<std::string> held_;        ///< objects that hold_by_damping() gave a friction
   LinkHulls hulls_;
 };
 
-/// MuJoCo would take a URDF as well, by rules of its own.
+/// Checks that the text is an MJCF. MuJoCo would also accept a URDF, by its own rules.
 void require_mjcf(const std::string& text, const std::filesystem::path& name) {
   tinyxml2::XMLDocument document;
   if (parse_xml(document, text, name, "mjcf") == nullptr) fail(name, "no element", "'mujoco'");

@@ -7,16 +7,16 @@
 
 namespace stiction::world {
 
-/// MuJoCo parses and compiles the file (includes, defaults, classes, angles, meshes), and the compiled model is read.
-/// docs/theory/mjcf.md says what becomes what.
-/// @throws core::InvalidInput "FILE: mjcf: got …, expected …": what MuJoCo refuses, and all elements that are not supported in one message
+/// Reads an MJCF file. MuJoCo parses and compiles it (includes, defaults, classes, angles, meshes), and the compiled model is converted.
+/// docs/theory/mjcf.md lists the conversion of each element.
+/// @throws core::InvalidInput "FILE: mjcf: got …, expected …": errors of MuJoCo, or all unsupported elements in one message
 /// @param robot  its split and fixed_base say which bodies are robots and objects
 RobotContents read_mjcf(const std::filesystem::path& file, const RobotSpec& robot = {});
 
-/// The same of a text in memory, which messages name kTextName. @param folder  that paths in it are relative to
+/// The same for a text in memory, which messages call kTextName. @param folder  folder for its relative paths
 RobotContents read_mjcf_text(const std::string& text, const std::filesystem::path& folder, const RobotSpec& robot = {});
 
-/// Appends the robot and all that comes with its file to a scene: objects, the fixed body "ROBOT_world", excluded pairs.
+/// Appends the robot and the other contents of its file to a scene: objects, the fixed body "ROBOT_world", excluded pairs.
 /// @param robot  with `mjcf` set; its stiffness may name some joints only
 void add_mjcf(Scene& scene, const RobotSpec& robot);
 

@@ -52,7 +52,7 @@ double MjcfAxes::value(const MjcfAxis& axis, const mjtNum* qpos) const {
   const mjtNum* q = qpos + m_->jnt_qposadr[axis.joint];
   if (axis.part < 0) return q[0];
   const Matrix3d R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
-  constexpr double kUpright = 1e-7;  // cosine of y from where z and x turn about one axis, and x is 0
+  constexpr double kUpright = 1e-7;  // below this cosine of y, z and x turn about the same axis, and x is set to 0
   const double cosine = std::hypot(R(0, 0), R(1, 0)), y = std::atan2(-R(2, 0), cosine);
   if (axis.part == 1) return y;
   if (cosine < kUpright) return axis.part == 0 ? std::atan2(-R(0, 1), R(1, 1)) : 0;

@@ -9,14 +9,14 @@
 
 namespace stiction::world {
 
-/// An axis that a joint of an MJCF turns about or slides along.
+/// One axis of a joint of an MJCF: the joint turns about it or slides along it.
 struct MjcfAxis {
   int joint = -1;
   std::string name;
   bool turns = true, limited = false;
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ(), anchor = Eigen::Vector3d::Zero();  ///< in the body
-  double reference = 0;  ///< the value at the pose of the file, from which MuJoCo measures
-  int part = -1;         ///< of a ball: 0, 1, 2 for its turns about z, y and x
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ(), anchor = Eigen::Vector3d::Zero();  ///< in the frame of the body
+  double reference = 0;  ///< joint value at the pose of the file; MuJoCo measures the motion from there
+  int part = -1;         ///< for a ball joint: 0, 1, 2 for its rotations about z, y and x; else −1
 
   Pose at(double value) const;
 };
@@ -26,9 +26,9 @@ class MjcfAxes : private MjcfView {
  public:
   explicit MjcfAxes(const MjcfView& view) : MjcfView(view) {}
 
-  /// Of the joints of a body that move it. A ball turns about z, then y, then x: as near as three hinges come to it.
+  /// Axes of the joints that move a body. A ball joint is approximated by three hinges, about z, then y, then x.
   std::vector<MjcfAxis> of(int body) const;
-  /// Of its coordinate. @param qpos  of MuJoCo
+  /// Value of the axis's coordinate. @param qpos  configuration of MuJoCo
   double value(const MjcfAxis& axis, const mjtNum* qpos) const;
 };
 

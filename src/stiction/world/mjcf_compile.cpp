@@ -40,7 +40,7 @@ CompiledMjcf compile_mjcf(const std::string& text, const std::filesystem::path& 
   };
   if (parsed == nullptr) refuse(report.failed ? report.error : error);
   leave_out_missing_files(parsed, file.parent_path(), notes);
-  parsed->compiler.usethread = 0;  // messages of other threads would not come back with the call
+  parsed->compiler.usethread = 0;  // call_mujoco() does not receive messages of other threads
   mjModel* compiled = nullptr;
   const auto compile = [&] {
     report = call_mujoco([&] { compiled = mj_compile(parsed, &files); });

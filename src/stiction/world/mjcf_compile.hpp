@@ -14,8 +14,9 @@ struct DeleteModel {
 };
 using CompiledMjcf = std::unique_ptr<mjModel, DeleteModel>;
 
-/// What MuJoCo makes of an MJCF. The text stands for `file`, beside which includes and meshes are found. @param name  of the file in messages
-/// @param notes  grows by what was left out  @throws core::InvalidInput
+/// Compiles an MJCF with MuJoCo. The text is the contents of `file`; includes and meshes are found relative to that file.
+/// @param name   name of the file in messages
+/// @param notes  receives a note on everything that was left out  @throws core::InvalidInput
 CompiledMjcf compile_mjcf(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name,
                           std::vector<std::string>& notes);
 

@@ -14,13 +14,13 @@
 namespace stiction::world {
 namespace {
 
-constexpr double kRounding = 1e-9;  // of the largest term
-constexpr double kUnlimited = 1;    // a joint without limits is looked at so far to both sides [rad, m]
+constexpr double kRounding = 1e-9;  // rounding error, relative to the largest term
+constexpr double kUnlimited = 1;    // half of the range in which a joint without limits is sampled [rad, m]
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Where y = ratio·x + offset of an x in a range lies.
+/// Range of y = ratio·x + offset for x in a range.
 std::pair<double, double> mapped(std::pair<double, double> range, double ratio, double offset) {
   const double one = ratio * range.first + offset, other = ratio * range.second + offset;
   return {std::min(one, other), std::max(one, other)};
@@ -60,7 +60,7 @@ void MjcfCouplings::find_motors() {
   }
 }
 
-/// In terms of joints that lead.
+/// Expresses a relation in terms of leading joints.
 MjcfCouplings::Relation MjcfCouplings::reduce(const Relation& relation) const {
   Relation out{.terms = {}, .constant = relation.constant};
   double largest = 0;
@@ -74,7 +74,7 @@ MjcfCouplings::Relation MjcfCouplings::reduce(const Relation& relation) const {
   return out;
 }
 
-/// A joint that leads, and all that follow it, follow another one.
+/// Makes a leading joint and all its followers follow another joint.
 void MjcfCouplings::follow(int joint, int leader, double ratio, double offset) {
   for (MjcfCoupling& line : lines_) {
     if (line.leader != joint) continue;
@@ -87,8 +87,9 @@ void MjcfCouplings::follow(int joint, int leader, double ratio, double offset) {
   driven_[at(leader)] = driven_[at(leader)] || driven_[at(joint)];
 }
 
-/// @param follower        follows where an actuator moves both joints or none; −1: the last one
-/// @param only_to_driven  two joints that no actuator moves are left for later
+/// Makes one joint of a relation follow the other.
+/// @param follower        the joint that follows if an actuator moves both joints or none; −1: the last one
+/// @param only_to_driven  true: a relation between two joints without an actuator is left for later
 /// @returns whether the relation holds from now on
 bool MjcfCouplings::couple(const Relation& relation, int follower, bool only_to_driven) {
   const Relation left = reduce(relation);
@@ -109,7 +110,7 @@ bool MjcfCouplings::couple(const Relation& relation, int follower, bool only_to_
   return true;
 }
 
-/// Of tendons those first that begin at joints that an actuator moves.
+/// Couples joints by the equalities of the file. Of the tendon equalities, those on an actuated joint come first.
 void MjcfCouplings::take_equalities() {
   const auto is_open = [&](int i, mjtEq type) { return m_->eq_active0[i] && m_->eq_type[i] == type && !meaning_.equality[at(i)]; };
   for (int i = 0; i < m_->neq; ++i) {
@@ -130,7 +131,7 @@ void MjcfCouplings::take_equalities() {
   }
 }
 
-/// y − y₀ = Σ a_k (x − x₀)^k, by the line nearest to it over the values of x that the ranges of both joints leave.
+/// Approximates y − y₀ = Σ a_k (x − x₀)^k by the nearest line, over the values of x that the ranges of both joints allow.
 MjcfCouplings::Relation MjcfCouplings::relation_of_joints(int i, double& error) const {
   const int joint = m_->eq_obj1id[i], leader = m_->eq_obj2id[i];
   const mjtNum* a = m_->eq_data + i * mjNEQDATA;
@@ -150,7 +151,7 @@ MjcfCouplings::Relation MjcfCouplings::relation_of_joints(int i, double& error) 
   return {{{joint, 1.0}, {leader, -line.slope}}, -line.offset};
 }
 
-/// L₁ − L₁₀ = a₀ + a₁ (L₂ − L₂₀) of fixed tendons; nullopt of other ones, and of a polynomial.
+/// The relation L₁ − L₁₀ = a₀ + a₁ (L₂ − L₂₀) between fixed tendons; nullopt for other tendons, and for a polynomial of higher degree.
 std::optional<MjcfCouplings::Relation> MjcfCouplings::relation_of_tendons(int i) const {
   const mjtNum* a = m_->eq_data + i * mjNEQDATA;
   const int first = m_->eq_obj1id[i], second = m_->eq_obj2id[i];
@@ -163,8 +164,9 @@ std::optional<MjcfCouplings::Relation> MjcfCouplings::relation_of_tendons(int i)
   return out;
 }
 
-/// An actuator pulls with the same force on all joints of its tendon, each by its coefficient: they turn in that ratio, and the first one
-/// without a motor of its own leads. Joints on as many tendons with actuators as there are joints move by themselves.
+/// Couples the joints on a tendon with an actuator. The actuator pulls on all joints of its tendon with the same force, scaled by each joint's
+/// coefficient, so the joints move in that ratio; the first joint without a motor of its own leads. If as many actuated tendons as joints act on
+/// a set of joints, the joints move by themselves.
 void MjcfCouplings::take_actuated_tendons() {
   std::map<int, std::vector<int>> tendons_of;  // actuators by joint that leads
   for (int i = 0; i < m_->nactuator; ++i) {
@@ -206,7 +208,8 @@ std::vector<std::pair<int, double>> MjcfCouplings::moved_by_tendon(int actuator)
   return out;
 }
 
-/// Joints of a loop follow its driven joint, over the range of that or the unit around its place in the file.
+/// Makes the joints of a loop follow its driven joint. The lines are fitted over the range of the driven joint; if it has no limits, over one
+/// unit to both sides of its value in the file.
 void MjcfCouplings::take_loops() {
   for (int i = 0; i < m_->neq; ++i) {
     if (!m_->eq_active0[i]) continue;
@@ -233,7 +236,7 @@ void MjcfCouplings::take_loops() {
   }
 }
 
-/// What the ranges of a joint and of its followers leave.
+/// Range of a leading joint: the intersection of its own range and the ranges of its followers.
 std::pair<double, double> MjcfCouplings::range_of(int leader) const {
   std::pair<double, double> out{-kInfinity, kInfinity};
   for (const MjcfCoupling& line : lines_) {
@@ -253,7 +256,8 @@ std::pair<double, double> MjcfCouplings::range_of(const Relation& length) const 
   return out;
 }
 
-/// The one of two joints that no actuator moves, where the limits of a tendon leave it less than half of its range beside the other one.
+/// Of two joints on a tendon, the one without an actuator, if the limits of the tendon leave it less than half of its range at a given value of
+/// the other joint.
 std::optional<int> MjcfCouplings::narrow_follower(const Relation& length, int tendon) const {
   constexpr double kNarrow = 0.5;
   if (length.terms.size() != 2) return std::nullopt;
@@ -266,7 +270,8 @@ std::optional<int> MjcfCouplings::narrow_follower(const Relation& length, int te
   return limits[1] - limits[0] < kNarrow * (upper - lower) * std::abs(coefficient) ? std::optional(joint) : std::nullopt;
 }
 
-/// A joint without an actuator that a tendon keeps near a line in another one, as the outermost joints of tendon-driven fingers, follows it.
+/// Makes a joint without an actuator follow another joint if a tendon keeps the two near a linear relation, as for the outermost joints of
+/// tendon-driven fingers.
 void MjcfCouplings::take_narrow_limits() {
   for (int i = 0; i < m_->ntendon; ++i) {
     const auto joints = m_->tendon_limited[i] ? joints_of_tendon(i) : std::nullopt;
@@ -284,7 +289,7 @@ void MjcfCouplings::take_narrow_limits() {
   }
 }
 
-/// Limits of the length of a tendon over one joint are limits of that joint; some limits the joints never reach.
+/// Turns the length limits of a tendon over one joint into limits of that joint, and drops limits that the joints never reach.
 void MjcfCouplings::take_other_limits() {
   for (int i = 0; i < m_->ntendon; ++i) {
     const auto joints = m_->tendon_limited[i] ? joints_of_tendon(i) : std::nullopt;
@@ -305,7 +310,7 @@ void MjcfCouplings::take_other_limits() {
   }
 }
 
-/// A spring of a tendon whose length never changes does nothing.
+/// Ignores the spring of a tendon whose length never changes.
 void MjcfCouplings::take_springs() {
   for (int i = 0; i < m_->ntendon; ++i) {
     const auto joints = joints_of_tendon(i);

@@ -10,30 +10,31 @@
 
 namespace stiction::world {
 
-/// A joint of an MJCF as a line in one that leads it: q = ratio·q_leader + offset. A joint that leads is its own leader; with leader −1 it
-/// stands at the offset.
+/// The value of a joint of an MJCF as a linear function of its leader's value: q = ratio·q_leader + offset. A joint that moves by itself is its
+/// own leader. With leader −1, the joint is fixed at the offset.
 struct MjcfCoupling {
   int joint = -1, leader = -1;
   double ratio = 1, offset = 0;
-  double room = 0;  ///< how far from that the file lets it go [rad or m]
+  double room = 0;  ///< deviation from this value that the file allows [rad or m]
 };
 
-/// Which joints of robots follow others. Equalities, tendons with an actuator and tendons with a limit are linear relations between joints;
-/// each relation between two that lead makes one of them follow the other, rather one that no actuator moves. Where bodies are connected to a loop, its joints
-/// follow the one that an actuator moves, each by the line that is nearest to where the loop leaves it.
+/// Finds the joints of robots that follow other joints. Equalities, tendons with an actuator and tendons with a limit are linear relations
+/// between joints. A relation between two leading joints makes one of them follow the other, preferably the one without an actuator. If a
+/// `connect` closes a loop of bodies, the joints of the loop follow its actuated joint; each gets the line nearest to its values in the loop.
 class MjcfCouplings : private MjcfView {
  public:
   explicit MjcfCouplings(const MjcfView& view);
 
   const MjcfCoupling& of(int joint) const { return lines_[static_cast<std::size_t>(joint)]; }
-  /// Those that follow or stand still, in the order of the file.
+  /// Joints that follow or are fixed, in the order of the file.
   std::vector<MjcfCoupling> list() const;
-  /// Joints that lead, and how far the tendon of an actuator moves per motion of each; those with an actuator of their own are left out.
+  /// Leading joints on the tendon of an actuator, each with the motion of the tendon per motion of the joint. Joints with an actuator of their
+  /// own are left out.
   std::vector<std::pair<int, double>> moved_by_tendon(int actuator) const;
-  /// Limits that tendons set to a joint that leads [rad or m].
+  /// Limits that tendons impose on a leading joint [rad or m].
   std::optional<std::pair<double, double>> limits(int joint) const;
   const MjcfMeaning& meaning() const { return meaning_; }
-  /// What was taken otherwise than the file says, one sentence each.
+  /// Deviations from the file, one sentence each.
   std::vector<std::string> notes() const;
 
  private:
@@ -61,8 +62,8 @@ class MjcfCouplings : private MjcfView {
   std::pair<double, double> range_of(const Relation& length) const;
 
   std::vector<MjcfCoupling> lines_;  ///< per joint of the file
-  std::vector<bool> has_motor_;      ///< per joint of the file: an actuator on it, or on what follows it
-  std::vector<bool> driven_;         ///< the same, or one on a tendon of them
+  std::vector<bool> has_motor_;      ///< per joint of the file: an actuator acts on it or on a follower of it
+  std::vector<bool> driven_;         ///< the same, or an actuator acts on a tendon of these joints
   std::vector<std::optional<std::pair<double, double>>> limits_;
   std::vector<std::string> on_tendons_, curved_, in_loops_, kept_near_;
   MjcfMeaning meaning_;

@@ -9,11 +9,11 @@ namespace stiction::world {
 namespace {
 
 constexpr int kIterations = 100;
-constexpr double kMeet = 1e-4;     // gap of anchors that meet [size of the loop]
-constexpr double kMostStep = 0.2;  // of a hinge [rad]
-constexpr double kSpring = 1e-7;   // of the springs beside the loop, which they must not open
-constexpr double kStill = 1e-9;    // a step that is shorter ends the search [rad, size of the loop]
-constexpr int kMostParts = 64;     // of the way from one answer to the next
+constexpr double kMeet = 1e-4;     // largest gap between anchors that meet [size of the loop]
+constexpr double kMostStep = 0.2;  // largest step of a hinge [rad]
+constexpr double kSpring = 1e-7;   // weight of the springs relative to the gap: so small that springs do not open the loop
+constexpr double kStill = 1e-9;    // a shorter step ends the search [rad, size of the loop]
+constexpr int kMostParts = 64;     // largest number of parts of the way from one solution to the next
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -23,7 +23,7 @@ std::vector<int> bodies_above(const mjModel& m, int body) {
   return out;
 }
 
-/// Joints between two bodies: those above one of them and not above both.
+/// Joints on the path between two bodies: joints above exactly one of them.
 std::vector<int> joints_between(const mjModel& m, int a, int b) {
   const auto above_a = bodies_above(m, a), above_b = bodies_above(m, b);
   std::vector<int> out;
@@ -79,7 +79,7 @@ std::optional<MjcfLoop> MjcfLoop::find(const mjModel& m, int equality, const Mjc
   return out;
 }
 
-/// The free joints as the file has them.
+/// Values of the free joints in the file.
 Eigen::VectorXd MjcfLoop::file_pose() const {
   Eigen::VectorXd y(static_cast<Eigen::Index>(free_.size()));
   for (Eigen::Index i = 0; i < y.size(); ++i) y[i] = m_->qpos0[m_->jnt_qposadr[free_[static_cast<std::size_t>(i)]]];
@@ -101,14 +101,14 @@ void MjcfLoop::place(double x, const Eigen::VectorXd& y) {
   mj_comPos(m_, data_.get());  // for the Jacobians
 }
 
-/// In the world. @param side  0, 1: on the first body, on the second one
+/// Position of an anchor in the world [m]. @param side  0: anchor on the first body, 1: on the second body
 Eigen::Vector3d MjcfLoop::anchor(int side) const {
   const int body = side == 0 ? m_->eq_obj1id[equality_] : m_->eq_obj2id[equality_];
   const Eigen::Map<const Eigen::Vector3d> p_WB(data_->xpos + 3 * body), p_B(m_->eq_data + equality_ * mjNEQDATA + 3 * side);
   return p_WB + Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data_->xmat + 9 * body) * p_B;
 }
 
-/// Of the way from the second anchor to the first one, by each of the free joints (3 × n).
+/// Derivative of the vector from the second anchor to the first one by the free joints (3 × n).
 Eigen::Matrix3Xd MjcfLoop::gap_rates() const {
   using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
   Jacobian rates[2] = {Jacobian(3, m_->nv), Jacobian(3, m_->nv)};
@@ -126,7 +126,8 @@ Eigen::Matrix3Xd MjcfLoop::gap_rates() const {
   return out;
 }
 
-/// min ½‖gap‖² + ½ε‖k^½ (y − y_rest)‖² within the limits by Gauss and Newton; a joint at a limit that it would leave stays there for this step.
+/// Minimises ½‖gap‖² + ½ε‖k^½ (y − y_rest)‖² within the joint limits by Gauss–Newton steps. A joint whose step would cross its limit stays at the
+/// limit for this step.
 bool MjcfLoop::close(double x, Eigen::VectorXd& y) {
   const Eigen::Index n = y.size();
   for (int iteration = 0; iteration < kIterations; ++iteration) {

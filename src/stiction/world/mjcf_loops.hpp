@@ -12,22 +12,23 @@
 
 namespace stiction::world {
 
-/// Joints that a `connect` of an MJCF closes to a loop with one joint that an actuator moves, as in the linkages of grippers.
+/// A loop of joints that a `connect` of an MJCF closes and in which an actuator moves one joint, as in the linkages of grippers.
 ///
-/// The loop leaves the others where both anchors meet. What it leaves free, as in a finger that gives way, stands where its springs have the least energy within
-/// the limits of the joints.
+/// The other joints take the values at which both anchors of the `connect` meet. If the loop does not determine them all, as in a compliant
+/// finger, they take the values within their limits at which their springs have the least energy.
 class MjcfLoop {
  public:
-  /// @param equality  of type connect, between bodies
-  /// @param line      what is known of a joint of the file
-  /// @param driven    joints that lead and that an actuator moves
-  /// @returns nothing where another number of joints than one is driven, no other joint moves, or one of them is no hinge or slide of the robot
+  /// Finds the loop that an equality closes.
+  /// @param equality  equality of type connect, between bodies
+  /// @param line      the coupling known so far of a joint of the file
+  /// @param driven    per joint: true if it leads and an actuator moves it
+  /// @returns nullopt unless exactly one joint is driven, another joint moves, and all of them are hinges or slides of the robot
   static std::optional<MjcfLoop> find(const mjModel& m, int equality, const MjcfView& view,
                                       const std::function<const MjcfCoupling&(int)>& line, const std::vector<bool>& driven);
 
   int leader() const { return leader_; }                    ///< the joint that is driven
-  const std::vector<int>& joints() const { return free_; }  ///< those that follow it; each leads its own followers
-  /// Where they stand while the leader is at x [rad, m]; NaN where the anchors do not meet. Looks from the last answer on.
+  const std::vector<int>& joints() const { return free_; }  ///< the joints that follow the leader; each leads its own followers
+  /// Computes the values of joints() for the leader at x [rad, m]; NaN if the anchors cannot meet. The search starts at the last solution.
   const Eigen::VectorXd& solve(double x);
 
  private:
@@ -46,10 +47,10 @@ class MjcfLoop {
   int equality_;
   int leader_ = -1;
   std::vector<int> free_;
-  std::vector<MjcfCoupling> lines_;       ///< of all joints that the leader and the free ones move
-  Eigen::VectorXd lower_, upper_, rest_;  ///< of the free ones; rest of their springs
-  Eigen::VectorXd stiffness_;             ///< of those springs, the largest 1
-  double size_ = 0;                       ///< of the loop [m]
+  std::vector<MjcfCoupling> lines_;       ///< couplings of all joints that the leader and the free joints move
+  Eigen::VectorXd lower_, upper_, rest_;  ///< limits of the free joints, and rest values of their springs
+  Eigen::VectorXd stiffness_;             ///< stiffness of those springs, scaled so that the largest is 1
+  double size_ = 0;                       ///< size of the loop [m]
   std::optional<std::pair<double, Eigen::VectorXd>> last_;
   std::map<double, Eigen::VectorXd> solved_;
 };

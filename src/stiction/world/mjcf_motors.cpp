@@ -18,8 +18,9 @@ MjcfMotors::MjcfMotors(const MjcfView& view) : MjcfView(view), couplings_(view) 
 
 double MjcfMotors::gear_of(int actuator) const { return m_->actuator_gear[6 * m_->actuator_outadr[actuator]]; }
 
-/// A position servo of gain k_p through gear g holds its joint with the stiffness k_p g². What any actuator can bear: its range of forces
-/// through the gear, and of a motor no more than its largest command asks for; of a joint with a range of its own that.
+/// Finds stiffness and effort of all joints. A position servo with gain k_p and gear g gives its joint the stiffness k_p g². The effort is the
+/// actuator's force range through the gear, and for a motor at most the force of its largest command. A force range of the joint itself
+/// replaces both.
 void MjcfMotors::find_springs() {
   spring_.resize(static_cast<std::size_t>(m_->njnt));
   effort_.resize(static_cast<std::size_t>(m_->njnt));
@@ -42,7 +43,7 @@ void MjcfMotors::add_spring(int j) {
   const MjcfCoupling& line = couplings_.of(j);
   if (roles_.of_joint(j) != MjcfRole::Robot || !has_linear_spring(j) || line.leader < 0) return;
   const auto leader = static_cast<std::size_t>(line.leader);
-  if (!spring_[leader] && has_actuator_[leader]) {  // its motor is stiffer by far
+  if (!spring_[leader] && has_actuator_[leader]) {  // the motor is much stiffer than the spring
     unsprung_.push_back(joint_name(j));
     return;
   }
@@ -50,7 +51,7 @@ void MjcfMotors::add_spring(int j) {
   sprung_.push_back(joint_name(j));
 }
 
-/// @param lever  how far the actuator moves per motion of the joint
+/// @param lever  motion of the actuator per motion of the joint
 void MjcfMotors::add_actuator(int i, int j, double lever) {
   const mjtNum* gain = m_->actuator_gainprm + i * mjNGAIN;
   const mjtNum* bias = m_->actuator_biasprm + i * mjNBIAS;
@@ -69,7 +70,7 @@ void MjcfMotors::add_actuator(int i, int j, double lever) {
   if (servo) spring_[joint] = spring_[joint].value_or(0) + gain[0] * lever * lever;
 }
 
-/// Joints of robots that the rule made so because of other joints of their tree.
+/// Leading joints without an actuator, which belong to a robot only because another joint of their tree has one.
 std::vector<std::string> MjcfMotors::without_actuator() const {
   std::vector<std::string> names;
   for (int j = 0; roles_.by_actuators() && j < m_->njnt; ++j) {

@@ -8,8 +8,8 @@
 
 namespace stiction::world {
 
-/// Springs and efforts of the joints of robots, as actuators, springs and tendons of a compiled MJCF say. What acts on a joint that follows
-/// another one acts on that one.
+/// Stiffness and effort of the joints of robots, from the actuators, springs and tendons of a compiled MJCF. A force on a follower counts for its
+/// leader.
 class MjcfMotors : private MjcfView {
  public:
   explicit MjcfMotors(const MjcfView& view);
@@ -17,7 +17,7 @@ class MjcfMotors : private MjcfView {
   std::optional<double> spring(int joint) const { return spring_[static_cast<std::size_t>(joint)]; }  ///< [N·m/rad, N/m]
   std::optional<double> effort(int joint) const { return effort_[static_cast<std::size_t>(joint)]; }  ///< [N·m, N]
   const MjcfCouplings& couplings() const { return couplings_; }
-  /// What was taken otherwise than the file says, one sentence each.
+  /// Deviations from the file, one sentence each.
   std::vector<std::string> notes() const;
 
  private:
@@ -28,7 +28,7 @@ class MjcfMotors : private MjcfView {
   std::vector<std::string> without_actuator() const;
 
   std::vector<std::optional<double>> spring_, effort_;  ///< per joint of the file
-  std::vector<bool> has_actuator_;                      ///< per joint of the file: an actuator moves it, itself or by a tendon
+  std::vector<bool> has_actuator_;                      ///< per joint of the file: an actuator moves it, directly or through a tendon
   std::vector<std::string> sprung_, unsprung_;
   MjcfCouplings couplings_;
 };

@@ -23,7 +23,7 @@ void for_each(mjSpec* spec, mjtObj type, const Visit& visit) {
   std::for_each(elements.begin(), elements.end(), visit);
 }
 
-/// Names a file, and there is none.
+/// True if the text names a file that does not exist.
 bool is_missing(const mjString* file, const fs::path& folder, const mjString* subfolder) {
   const std::string name = mjs_getString(file);
   std::error_code error;
@@ -31,7 +31,7 @@ bool is_missing(const mjString* file, const fs::path& folder, const mjString* su
          !fs::is_regular_file(folder / name, error);
 }
 
-/// The texture has one colour.
+/// Replaces the texture by one colour.
 void flatten(mjsTexture* texture) {
   texture->builtin = mjBUILTIN_FLAT;
   texture->width = texture->height = 8;
@@ -71,7 +71,7 @@ void leave_out_missing_files(mjSpec* spec, const fs::path& folder, std::vector<s
       const std::string mesh = mjs_getString(geom->meshname);
       if (!missing.contains(mesh)) return;
       if ((geom->contype | geom->conaffinity) != 0)
-        needed.insert(mesh);  // MuJoCo says what is missing
+        needed.insert(mesh);  // a colliding geom needs the mesh: MuJoCo reports the missing file
       else
         mjs_delete(spec, e);
     });

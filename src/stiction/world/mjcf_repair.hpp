@@ -8,15 +8,15 @@
 
 namespace stiction::world {
 
-/// Leaves out geoms that are only seen and whose mesh file is missing, and textures whose file is missing, so that the rest compiles.
-/// @param folder  of the file  @param notes  grows by a sentence on each kind
+/// Removes visual-only geoms with a missing mesh file and textures with a missing file, so that the rest compiles.
+/// @param folder  folder of the MJCF  @param notes  receives one sentence per kind
 void leave_out_missing_files(mjSpec* spec, const std::filesystem::path& folder, std::vector<std::string>& notes);
-/// Leaves out textures of cubes that are made of files, which MuJoCo does not name: for a file that does not compile with them.
-/// @param notes  grows by a sentence  @returns whether there is any
+/// Removes cube textures that are loaded from files, for an MJCF that does not compile with them. MuJoCo's message does not name such files.
+/// @param notes  receives one sentence  @returns whether there is such a texture
 bool leave_out_cube_textures(mjSpec* spec, std::vector<std::string>& notes);
 
-/// A note where ranges of hinges look as if they were written in radians, and no <compiler angle="…"> of the file or of those that it
-/// includes says which; else an empty text.
+/// Returns a note if ranges of hinges look like radians although neither the file nor its includes state <compiler angle="…">; else an empty
+/// text.
 std::string find_unstated_degrees(const mjModel& model, const std::string& text, const std::filesystem::path& file);
 
 }  // namespace stiction::world

@@ -18,7 +18,7 @@ std::string name_of(const mjModel& m, int body) {
   return name != nullptr && *name != '\0' ? MjcfView::usable(name) : fmt::format("body_{}", body);
 }
 
-/// The nearest joints at or above a body.
+/// Appends the nearest joints at or above a body.
 void add_joints_above(const mjModel& m, int body, std::vector<int>& out) {
   while (body != 0 && m.body_jntnum[body] == 0) body = m.body_parentid[body];
   for (int k = 0; k < m.body_jntnum[body]; ++k) out.push_back(m.body_jntadr[body] + k);
@@ -56,14 +56,14 @@ std::vector<int> joints_of_actuator(const mjModel& m, int actuator) {
   return out;
 }
 
-/// Decides what moves what.
+/// Decides the role of every body and joint.
 struct MjcfRoles::Builder {
   MjcfRoles& out;
   const mjModel& m;
   const RobotSpec& spec;
   const std::filesystem::path& file;
-  std::vector<int> tree{};       ///< per body: the topmost body with joints at or above it, 0 without
-  std::vector<bool> actuated{};  ///< per body that is the top of a tree
+  std::vector<int> tree{};       ///< per body: the topmost body with joints at or above it; 0 if there is none
+  std::vector<bool> actuated{};  ///< for each body at the top of a tree: the tree has an actuator
 
   [[noreturn]] void fail(std::string_view got, std::string_view expected) const {
     throw core::InvalidInput(fmt::format("{}: mjcf: got {}, expected {}", file.string(), got, expected));
@@ -71,7 +71,7 @@ struct MjcfRoles::Builder {
 
   bool is_free(int joint) const { return m.jnt_type[joint] == mjJNT_FREE; }
 
-  /// Body of a name that the scene gives. @param what  the list that it stands in
+  /// Finds a body that the scene names. @param what  list of the scene that contains the name
   int find_body(const std::string& name, std::string_view what) const {
     std::vector<std::string> moving;
     for (int b = 1; b < m.nbody; ++b) {
@@ -98,7 +98,7 @@ struct MjcfRoles::Builder {
       for (const int joint : joints_of_actuator(m, i)) actuated[at(tree_of(joint))] = true;
     }
     for (const std::string& name : spec.split.robot) actuated[at(tree[at(find_body(name, "robot"))])] = true;
-    for (bool again = true; again;) {  // what follows a robot's joint is the robot's
+    for (bool again = true; again;) {  // a joint that follows a robot's joint belongs to the robot
       again = false;
       for (int i = 0; i < m.neq; ++i) {
         if (m.eq_active0[i] && share_role(joints_of_equality(i), m.eq_type[i] == mjEQ_JOINT ? 1 : 0)) again = true;
@@ -106,7 +106,8 @@ struct MjcfRoles::Builder {
     }
   }
 
-  /// Joints that an equality of joints or of tendons ties to each other, or that a connection closes to a loop; of joints the one that follows comes first.
+  /// Joints that an equality of joints or of tendons couples, or that a `connect` closes to a loop. For an equality of joints, the follower comes
+  /// first.
   std::vector<int> joints_of_equality(int i) const {
     std::vector<int> joints;
     if (m.eq_type[i] == mjEQ_CONNECT && m.eq_objtype[i] == mjOBJ_BODY) {
@@ -114,7 +115,7 @@ struct MjcfRoles::Builder {
       for (const int top : tops) {
         if (top > 0) joints.push_back(m.body_jntadr[top]);
       }
-      if (std::ranges::any_of(joints, [&](int joint) { return is_free(joint); })) joints.clear();  // something that the robot is to hold
+      if (std::ranges::any_of(joints, [&](int joint) { return is_free(joint); })) joints.clear();  // an object that the robot is to hold
     }
     if (m.eq_type[i] == mjEQ_JOINT && m.eq_obj2id[i] >= 0) joints = {m.eq_obj1id[i], m.eq_obj2id[i]};
     if (m.eq_type[i] != mjEQ_TENDON) return joints;
@@ -126,8 +127,8 @@ struct MjcfRoles::Builder {
     return joints;
   }
 
-  /// All trees of the joints are the robot's where that of one of them is. @param first  of the joints that count for this
-  /// @returns whether there are more such trees now
+  /// Assigns the trees of all given joints to the robot if the tree of one of them belongs to it. @param first  first joint that counts for this test
+  /// @returns whether another tree became the robot's
   bool share_role(const std::vector<int>& joints, std::size_t first) {
     bool any = false, more = false;
     for (std::size_t k = first; k < joints.size(); ++k) any = any || actuated[at(tree_of(joints[k]))];
@@ -139,7 +140,7 @@ struct MjcfRoles::Builder {
   }
   int tree_of(int joint) const { return tree[at(m.jnt_bodyid[joint])]; }
 
-  /// A tree of nothing but a free joint is an object, whatever pushes it.
+  /// True for a tree whose only joint is free. Such a tree is an object, whatever actuator acts on it.
   bool only_free(int top) const {
     for (int j = 0; j < m.njnt; ++j) {
       if (tree_of(j) == top && !is_free(j)) return false;
@@ -189,7 +190,7 @@ struct MjcfRoles::Builder {
         fail(fmt::format("object '{}', on which a joint of the robot hangs", name_of(m, out.top_[at(above)])),
              "the body below as an object as well");
     }
-    for (int b = m.nbody - 1; b > 0; --b) {  // what stands still and carries links
+    for (int b = m.nbody - 1; b > 0; --b) {  // fixed bodies that carry links of the robot
       const int above = m.body_parentid[b];
       if (out.bodies_[at(b)] == MjcfRole::Robot && above != 0 && out.top_[at(above)] == 0) out.bodies_[at(above)] = MjcfRole::Robot;
     }

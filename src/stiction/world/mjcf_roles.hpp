@@ -16,25 +16,26 @@ enum class MjcfRole {
   Object
 };
 
-/// Which joints of a compiled MJCF motors move, which objects hang on, and which stand still. By the rule of MjcfSplit, a tree is a topmost
-/// body with joints and all below.
+/// Assigns a role to every joint and body of a compiled MJCF: moved by a robot's motor, part of an object, or fixed. In the rule of MjcfSplit, a
+/// tree is a topmost body with joints and all bodies below it.
 class MjcfRoles {
  public:
-  /// @param spec  its split and fixed_base  @throws core::InvalidInput: bodies that are not there or cannot be what they are said to be
+  /// @param spec  robot whose `split` and `fixed_base` apply
+  /// @throws core::InvalidInput: a named body does not exist or cannot have the stated role
   MjcfRoles(const mjModel& m, const RobotSpec& spec, const std::filesystem::path& file);
 
   MjcfRole of_joint(int joint) const { return joints_[static_cast<std::size_t>(joint)]; }
   bool moves(int joint) const { return of_joint(joint) != MjcfRole::Fixed; }
-  /// Of what moves the body; a body that stands still is the robot's where links of the robot hang on it.
+  /// Role of the joint that moves the body. A fixed body belongs to the robot if links of the robot hang on it.
   MjcfRole of_body(int body) const { return bodies_[static_cast<std::size_t>(body)]; }
-  /// The nearest body at or above this one whose joints move; 0 where nothing moves it.
+  /// The nearest body at or above this one whose joints move; 0 if no joint moves it.
   int top(int body) const { return top_[static_cast<std::size_t>(body)]; }
   bool is_object(int body) const { return of_body(body) == MjcfRole::Object; }
   /// Joints of the body that move, in the order of the file.
   std::vector<int> joints_of(int body) const;
   bool has_robot() const;
   bool by_actuators() const { return by_actuators_; }
-  /// Joints in trees without an actuator that are motors of the robot all the same.
+  /// Joints that count as motors of the robot although their tree has no actuator.
   const std::vector<int>& silent_motors() const { return silent_motors_; }
 
  private:
@@ -45,7 +46,7 @@ class MjcfRoles {
   std::vector<int> top_{}, silent_motors_{};
 };
 
-/// Joints that the transmission of an actuator acts on: its own, those of its tendon, those of the bodies that it pulls on.
+/// Joints that the transmission of an actuator acts on: its own joint, the joints of its tendon, or the joints of the bodies that it pulls on.
 std::vector<int> joints_of_actuator(const mjModel& m, int actuator);
 
 }  // namespace stiction::world

@@ -31,7 +31,7 @@ class UnreadFinder {
     return given != nullptr && *given != '\0' ? given : fmt::format("#{}", id);
   }
 
-  /// Adds an entry where the attribute of an element has a meaning. @param changes  what it changes that it is not read
+  /// Adds an entry if the attribute of an element has an effect. @param changes  effect of ignoring the attribute
   template <class Has>
   void look(std::string_view attribute, std::string_view elements, mjtObj type, int count, std::string_view changes, const Has& has) {
     std::vector<std::string> names;
@@ -100,7 +100,7 @@ class UnreadFinder {
     return is_on_joint(i) && m_.actuator_gaintype[i] == mjGAIN_FIXED && m_.actuator_biastype[i] == mjBIAS_AFFINE &&
            m_.actuator_biasprm[mjNBIAS * i + 1] != 0;
   }
-  /// Commands of a servo cannot move its joint through the whole of its range.
+  /// True if the commands of a servo cannot move its joint through its whole range.
   bool has_narrow_commands(int i) const {
     const int joint = m_.actuator_trnid[2 * i];
     const double gear = m_.actuator_gear[6 * m_.actuator_outadr[i]];

@@ -7,8 +7,9 @@
 
 namespace stiction::world {
 
-/// What a compiled MJCF says about motion and contacts and what is not read: the attribute, what has it, and what this changes; an entry each.
-/// Attributes with their usual value are no entry. Elements that are passed over altogether are those of MjcfView::list_passed_over().
+/// Lists attributes of a compiled MJCF that affect motion or contacts but are not read. Each entry names the attribute, the elements that have
+/// it, and the effect of ignoring it. Attributes at their default value have no entry. MjcfView::list_passed_over() lists whole elements that
+/// are ignored.
 /// Tests: tests/world/mjcf_unread_test.cpp
 std::vector<std::string> list_unread(const mjModel& model);
 

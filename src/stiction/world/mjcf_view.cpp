@@ -23,7 +23,7 @@ MjcfView::MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesyst
   find_masks();
 }
 
-/// All pairs of one geom share a bit, which is of its type and of the affinity of the others.
+/// Gives each first geom of an explicit contact pair its own bit: in its type, and in the affinity of the geoms that it is paired with.
 void MjcfView::find_masks() {
   std::uint32_t used = 0;
   for (int g = 0; g < m_->ngeom; ++g) {
@@ -158,7 +158,7 @@ std::vector<std::string> MjcfView::list_passed_over(const MjcfMeaning& read) con
     if (m_->eq_active0[i] && !read.equality[static_cast<std::size_t>(i)])
       pass("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
   }
-  for (int i = 0; i < m_->ntendon; ++i) {  // one that holds nothing only measures
+  for (int i = 0; i < m_->ntendon; ++i) {  // a tendon without spring or limit only measures
     const auto tendon = static_cast<std::size_t>(i);
     if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i) && !read.tendon_spring[tendon])
       pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");

@@ -47,7 +47,7 @@ class VisualLister : private MjcfView {
   }
 
  private:
-  /// Name of the link or object that a body of the file is, and its frame there; nullopt for what is no body of the scene.
+  /// Name of the link or object that a body of the file belongs to, and the body's pose in it; nullopt if the scene has no such body.
   std::optional<std::pair<std::string, Pose>> find_place(int body) const {
     if (roles_.of_body(body) == MjcfRole::Robot) return std::pair{body_name(body), Pose{}};
     const int top = roles_.of_body(body) == MjcfRole::Object ? roles_.top(body) : 0;
@@ -55,13 +55,13 @@ class VisualLister : private MjcfView {
     for (int b = body; b != top; b = m_->body_parentid[b]) X = read_pose(m_->body_pos + 3 * b, m_->body_quat + 4 * b) * X;
     if (top == 0) return std::pair{std::string(), X};
     const auto object = X_OB_.find(top);
-    if (object == X_OB_.end()) return std::nullopt;  // nothing of it collides
+    if (object == X_OB_.end()) return std::nullopt;  // the object does not collide, so the scene leaves it out
     return std::pair{body_name(top), object->second * X};
   }
 
   bool is_shown(int g) const {
-    constexpr int kGroups = 3;                                                    // that are shown until somebody turns others on
-    if (m_->body_mocapid[m_->geom_bodyid[g]] >= 0 && !collides(g)) return false;  // the mark of a hand that is not in the scene
+    constexpr int kGroups = 3;                                                    // groups that MuJoCo's viewer shows by default
+    if (m_->body_mocapid[m_->geom_bodyid[g]] >= 0 && !collides(g)) return false;  // marker of a mocap body
     return m_->geom_type[g] != mjGEOM_PLANE && m_->geom_group[g] < kGroups && color_of(g)[3] > 0;
   }
 
@@ -73,7 +73,7 @@ class VisualLister : private MjcfView {
     return {middle - half, middle + half};
   }
 
-  /// Where the geoms of a body are that are only seen. Those of a link make one picture, those of the world have nothing to do with each other.
+  /// Bounds of the visual-only geoms of a body. The geoms of a link share one box; each geom of the world has its own.
   std::vector<Bounds> bounds_of_pictures(int body) const {
     std::vector<Bounds> out;
     for (int g = m_->body_geomadr[body]; g >= 0 && g < m_->body_geomadr[body] + m_->body_geomnum[body]; ++g) {
@@ -86,7 +86,7 @@ class VisualLister : private MjcfView {
     return out;
   }
 
-  /// More than half of a box is in one of the others.
+  /// True if more than half of a box is inside one of the others.
   static bool is_covered(const Bounds& box, const std::vector<Bounds>& others) {
     return std::any_of(others.begin(), others.end(), [&](const Bounds& other) {
       const Eigen::Vector3d common = other.intersection(box).sizes().cwiseMax(0), all = box.sizes();
@@ -100,7 +100,7 @@ class VisualLister : private MjcfView {
     return VisualFile{.file = {}, .number = m_->geom_dataid[g]};
   }
 
-  /// The geom's own colour, or else its material's; of a texture the mean.
+  /// The geom's own colour, else the colour of its material; for a texture the mean colour.
   Vector4d color_of(int g) const {
     const Vector4d own = Eigen::Map<const Eigen::Vector4f>(m_->geom_rgba + 4 * g).cast<double>();
     const int material = m_->geom_matid[g];
@@ -113,7 +113,7 @@ class VisualLister : private MjcfView {
   }
 
   Eigen::Vector3d mean_of_texture(int texture) const {
-    constexpr std::int64_t kPixels = 4096;  // that are looked at
+    constexpr std::int64_t kPixels = 4096;  // largest number of sampled pixels
     const int channels = m_->tex_nchannel[texture];
     const std::int64_t count = std::int64_t{m_->tex_width[texture]} * m_->tex_height[texture];
     if (channels < 3 || count == 0) return Eigen::Vector3d::Ones();

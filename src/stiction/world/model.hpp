@@ -26,9 +26,9 @@ enum class BodyKind {
 struct Body {
   std::string name;  ///< "robot/link", "object", "fixed"; unique
   BodyKind kind = BodyKind::Fixed;
-  int owner = -1;         ///< index of its object or robot
-  std::vector<int> dofs;  ///< velocity indices that move it, ascending
-  std::vector<int> axes;  ///< columns of Kinematics that move it, from the root: its dofs, where no joint follows another
+  int owner = -1;         ///< index of the object or robot that the body belongs to
+  std::vector<int> dofs;  ///< velocity indices that move the body, ascending
+  std::vector<int> axes;  ///< columns of Kinematics that move the body, from the root; equal to `dofs` if no joint follows another
 };
 
 struct Geometry {
@@ -39,22 +39,23 @@ struct Geometry {
   double friction = 1.0;
   Eigen::Vector3d p_BCenter = Eigen::Vector3d::Zero();         ///< centre of the bounding sphere in its body
   double bounding_radius = 0;                                  ///< [m]; infinite for a half-space
-  double max_force = std::numeric_limits<double>::infinity();  ///< largest normal force that it bears from one other geometry [N]
+  double max_force = std::numeric_limits<double>::infinity();  ///< largest normal force that the geometry bears from one other geometry [N]
   SurfaceRule rule{};
 };
 
-/// Two geometries that may touch: all of different bodies, unless neither moves, they are welded together, a joint of a robot links
-/// their (welded) bodies, or a filter says no. In the order of their geometries: objects, robots, fixed. A is the one whose motion relative
-/// to B v_c describes: an object before a robot before a fixed body.
+/// Two geometries that may touch. Any two geometries of different bodies form a pair, unless neither moves, they are welded together, a joint
+/// of a robot links their (welded) bodies, or a filter excludes the pair. Pairs are in the order of their geometries: objects, robots, fixed.
+/// v_c is the velocity of side A relative to side B. An object comes before a robot, and a robot before a fixed body, as side A.
 struct Pair {
   int geometry_a = -1;
   int geometry_b = -1;
   double friction = 0;      ///< μ = 2 μ_a μ_b / (μ_a + μ_b), unless priorities or a ContactSpec say otherwise
   double max_distance = 0;  ///< [m]
   int support = -1;         ///< index into Model::supports()
-  /// Largest sum of the normal forces of its contacts, that of the weaker side [N]; infinite where neither has one.
+  /// Largest sum of the normal forces of its contacts [N]: the limit of the weaker side; infinite if neither side has a limit.
   double max_force = std::numeric_limits<double>::infinity();
-  /// Largest moments beside the normal force, about the normal and about the tangents [m]; 0 where contacts do not resist these. In simulation only.
+  /// Largest moments about the normal and about the tangents, divided by the normal force [m]; 0 if contacts do not resist them. Only simulations
+  /// use them.
   double torsional = 0, rolling = 0;
 };
 
@@ -70,32 +71,35 @@ struct Dof {
   DofKind kind = DofKind::Revolute;
   BodyKind owner_kind = BodyKind::Object;
   int owner = -1;                                           ///< object or robot index
-  double lower = 0, upper = 0;                              ///< joint limits [rad or m]; infinite where there are none
+  double lower = 0, upper = 0;                              ///< joint limits [rad or m]; infinite without a limit
   double stiffness = 0;                                     ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
-  double effort = std::numeric_limits<double>::infinity();  ///< τ_max of a robot joint's motor [N or N·m]; infinite where there is no limit
-  double speed_limit = std::numeric_limits<double>::infinity();  ///< of a robot joint [m/s or rad/s]; see Model::speed_limit()
-  /// Dry friction τ_f [N or N·m] and viscous damping [N·s/m or N·m·s/rad] of a hinge, a slider or a robot joint with what follows it. Steps know the dry friction
-  /// of objects (S.19), simulations also the damping; a robot's servos overcome those of its own joints, as they bear its weight.
+  double effort = std::numeric_limits<double>::infinity();  ///< τ_max of a robot joint's motor [N or N·m]; infinite without a limit
+  double speed_limit =
+      std::numeric_limits<double>::infinity();  ///< largest speed of a robot joint [m/s or rad/s]; see Model::speed_limit()
+  /// Dry friction τ_f [N or N·m] and viscous damping [N·s/m or N·m·s/rad] of a hinge, a slider, or a robot joint and its followers. A step uses
+  /// the dry friction of objects (S.19); simulations also use the damping. For robot joints, the servos compensate both, as they compensate
+  /// the robot's weight.
   double friction = 0, damping = 0;
-  double spring = 0, spring_rest = 0;  ///< of an object's joint: τ = spring·(spring_rest − q); see ObjectSpec::joint_stiffness
+  double spring = 0, spring_rest = 0;  ///< spring of an object's joint: τ = spring·(spring_rest − q); see ObjectSpec::joint_stiffness
 };
 
-/// A joint that follows another one: q = ratio·q_leader + offset. It turns or slides about an axis of its own, column n_v + i of
-/// Kinematics; a body that it carries moves with the leader's coordinate by the sum over all axes of `ratio` times the motion about each.
+/// A joint that follows another joint, its leader: q = ratio·q_leader + offset. Follower i turns about or slides along its own axis, column
+/// n_v + i of Kinematics. The velocity of a body per unit of the leader's coordinate is the sum, over all axes that move the body, of `ratio` times
+/// the motion about that axis.
 struct Follower {
   std::string name;  ///< "robot/joint"
   DofKind kind = DofKind::Revolute;
-  int dof = -1;  ///< of its leader
+  int dof = -1;  ///< velocity index of its leader
   double ratio = 1, offset = 0;
 };
 
-/// How a robot link hangs on its parent: X_PB(q) = X_PJ · rot(axis, q), X_PJ · trans(q · axis), or X_PJ where it is welded.
+/// The joint between a robot link and its parent: X_PB(q) = X_PJ · rot(axis, q), X_PJ · trans(q · axis), or X_PJ if the link is welded.
 struct Link {
   int body = -1;
-  int parent = -1;                                  ///< body; −1 = the world, for the root link of a robot
-  int dof = -1;                                     ///< velocity index of its joint, of a follower its leader's; −1 = welded
-  int follower = -1;                                ///< index into Model::followers()
-  Pose X_PJ;                                        ///< joint frame in the parent
+  int parent = -1;    ///< parent body; −1 = the world, for the root link of a robot
+  int dof = -1;       ///< velocity index of its joint, or of the leader if the joint is a follower; −1 = welded
+  int follower = -1;  ///< index into Model::followers()
+  Pose X_PJ;          ///< joint frame in the parent
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint frame (and in the link's)
 };
 
@@ -105,8 +109,8 @@ struct ObjectInfo {
   int v_begin = 0, n_v = 0;  ///< velocity coordinates [v_begin, v_begin + n_v)
   int q_begin = 0, n_q = 0;
   double mass = 0;
-  int parent = -1;          ///< object that it hangs on, listed before it
-  double carried_mass = 0;  ///< of itself and all that hangs on it
+  int parent = -1;          ///< earlier object that it hangs on
+  double carried_mass = 0;  ///< mass of the object and of all objects that hang on it [kg]
 };
 
 struct RobotInfo {
@@ -145,39 +149,40 @@ class Model {
   std::span<const RobotInfo> robots() const;
   std::span<const Link> links() const;  ///< of all robots, parents first
 
-  /// What the scene's files say that was not taken as it is written, and what was chosen where they say nothing: one sentence each, with the
-  /// name of the robot or object in front.
+  /// Deviations of the model from the scene's files, and values chosen because the files state none: one sentence each, starting with the
+  /// name of the robot or object.
   std::span<const std::string> notes() const;
 
-  /// Inertia per body. Of a robot link: as its file states it, else of its collision geometry at 1000 kg/m³ (overlaps count twice),
-  /// else 0; of a fixed body 0. The quasi-static step does not use those of robots.
+  /// Inertia per body. A robot link has the inertia in its file, else that of its collision geometry at 1000 kg/m³ (overlaps count twice),
+  /// else 0. A fixed body has 0. The quasi-static step does not use the inertias of robots.
   std::span<const BodyInertia> inertias() const;
 
   /// Distinct sets of velocity coordinates that pairs touch (union of the two bodies' dofs, ascending).
   const std::vector<std::vector<int>>& supports() const;
 
-  /// Axis (0, 1, 2) normal to the plane in which everything moves, if everything does: friction is then planar.
+  /// Axis (0, 1, 2) normal to the plane in which all bodies move, if there is such a plane; friction is then planar.
   std::optional<int> planar_axis() const;
 
   const Eigen::VectorXd& stiffness() const;  ///< K_a (n_a) [N/m or N·m/rad]
-  const Eigen::VectorXd& effort() const;  ///< τ_max (n_a), the most that a joint's motor bears [N or N·m]; infinite where there is no limit
-  /// How fast the robots' joints may be (n_a) [rad/s or m/s], > 0: `velocity` of the URDF, also of the joints that follow them; infinite where
-  /// the file says none, or 0. An MJCF never says one.
+  const Eigen::VectorXd& effort()
+      const;  ///< τ_max (n_a), the largest force or torque of a joint's motor [N or N·m]; infinite without a limit
+  /// Largest speeds of the robots' joints (n_a) [rad/s or m/s], > 0, from `velocity` in the URDF; the limits of followers count as well. Infinite
+  /// if the file states none, or 0. An MJCF never states one.
   const Eigen::VectorXd& speed_limit() const;
   const Eigen::VectorXd& lower() const;  ///< joint limits of the robots (n_a)
   const Eigen::VectorXd& upper() const;
 
   /// Bound over all joint angles on the distance from a joint axis to the farthest point of the geometry it moves, per robot joint
   /// (n_a) [m]; 1 for a prismatic joint.
-  /// Used wherever newtons meet newton metres.
+  /// It converts between forces [N] and joint torques [N·m].
   const Eigen::VectorXd& reach() const;
 
-  const Scales& scales() const;  ///< sizes and forces of objects and robots, from which thresholds follow
+  const Scales& scales() const;  ///< lengths and forces of objects and robots, from which all thresholds derive
 
   /// Configuration with every object at its placed frame and every joint at the value nearest to 0 inside its limits.
   Eigen::VectorXd neutral() const;
 
-  /// Index of a robot joint in u, of an object, of a body. @throws core::InvalidInput with the list of known names
+  /// Index of a robot joint in u; index of an object. @throws core::InvalidInput with the list of known names
   int joint_index(std::string_view name) const;  ///< "robot/joint", or "joint" where unique
   int object_index(std::string_view name) const;
 
@@ -189,15 +194,15 @@ class Model {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Poses and joint axes at one configuration. Every coordinate of v moves its bodies by an axis through a point: a revolute
-/// column of a point Jacobian is axis × (p − origin), a prismatic one is axis; a free object's six are three of each.
+/// Poses and joint axes at one configuration. Every coordinate of v moves its bodies about or along an axis through a point. A revolute
+/// column of a point Jacobian is axis × (p − origin), and a prismatic column is axis. A free object has three columns of each kind.
 struct Kinematics {
   std::vector<Pose> X_WB;     ///< per body
   Eigen::Matrix3Xd axis_W;    ///< (3 × n_v + number of followers) unit axes
   Eigen::Matrix3Xd origin_W;  ///< (3 × n_v + number of followers) a point on the axis [m]
 };
 
-/// Scratch of calc_kinematics; one per thread.
+/// Scratch memory of calc_kinematics(); one per thread.
 class KinematicsWorkspace {
  public:
   explicit KinematicsWorkspace(const Model& model);
@@ -213,33 +218,34 @@ class KinematicsWorkspace {
 /// Poses of all bodies and axes of all coordinates at q (n_q). No heap use after the first call.
 void calc_kinematics(const Model& model, VectorRef q, KinematicsWorkspace& work, Kinematics& out);
 
-/// Generalised mass matrix of object i with all that hangs on it (n_v,i × n_v,i, tangent coordinates) [kg, kg m²]: its block on the
-/// diagonal of M_u. Blocks off the diagonal, which couple an object with what hangs on it, are left out of the step's ε M_u.
+/// Computes the generalised mass matrix of object i with all objects that hang on it (n_v,i × n_v,i, tangent coordinates) [kg, kg m²]: its block
+/// on the diagonal of M_u. The step's ε M_u has no blocks off the diagonal, which would couple an object with the objects that hang on it.
 void calc_object_mass(const Model& model, const Kinematics& kinematics, int object, Eigen::Ref<Eigen::MatrixXd> M_u);
 
-/// Diagonal of the mass matrix of the robots (n_a) [kg m²; kg of prismatic joints]: of all links that a joint moves, about its axis.
+/// Computes the diagonal of the mass matrix of the robots (n_a) [kg m²; kg for prismatic joints]: for each joint, the inertia of all links that
+/// it moves, about its axis.
 Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinematics);
-/// The largest of them for each joint, over postures drawn anywhere within the limits (n_a). An arm that stands upright hardly resists the joint that turns it about
-/// itself, and resists it a hundred times as much where it reaches out.
+/// Computes the largest such inertia of each joint over random postures within the joint limits (n_a). The posture matters: about the vertical
+/// base axis, an arm that reaches out has a hundred times the inertia of the same arm standing upright.
 Eigen::VectorXd calc_largest_joint_inertia(const Model& model);
 
 /// Generalised force of gravity on the objects τᵘ (n_vu) [N, N·m].
 void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<Eigen::VectorXd> tau_u);
 
-/// q ⊕ δ: the only way to move. @param delta (n_v) [m, rad]  @param out (n_q), may be q itself
+/// Computes q ⊕ δ, the only way to change a configuration. @param delta (n_v) [m, rad]  @param out (n_q), may be q itself
 void retract(const Model& model, VectorRef q, VectorRef delta, Eigen::Ref<Eigen::VectorXd> out);
 
-/// q1 ⊖ q0 (n_v): retract(q0, local(q0, q1)) = q1 up to the sign of a quaternion; rotation vectors have length ≤ π.
+/// Computes q1 ⊖ q0 (n_v): retract(q0, local(q0, q1)) = q1 up to the sign of a quaternion; rotation vectors have length ≤ π.
 /// Unlimited single revolute coordinates (planar angle, hinge) are plain differences, not wrapped.
 void local(const Model& model, VectorRef q0, VectorRef q1, Eigen::Ref<Eigen::VectorXd> out);
 
-/// Pose of object i at q, as X_WB. For planar, hinged and sliding objects too.
+/// Pose X_WB of object i at q, for every kind of object joint.
 Pose object_pose(const Model& model, VectorRef q, int object);
 
-/// @throws core::InvalidInput: wrong size, not finite, quaternion not unit to 1e-6
+/// Checks a configuration. @throws core::InvalidInput: wrong size, not finite, quaternion not unit to 1e-6
 void require_configuration(const Model& model, std::string_view field, VectorRef q);
 
-/// Plane vector parts: indices of u and q. qᵃ is the tail of q with n_a numbers.
+/// The robot part qᵃ of q: its last n_a numbers.
 inline auto robot_part(const Model& model, const Eigen::VectorXd& q) { return q.tail(model.n_a()); }
 
 }  // namespace stiction::world

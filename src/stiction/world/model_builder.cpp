@@ -86,7 +86,8 @@ class Builder {
     }
   }
 
-  /// Turning about a fixed direction and sliding across it keeps both properties, so that one configuration decides.
+  /// Finds the normal of the plane in which all bodies move. Rotation about a fixed direction and translation normal to it keep all axes in that
+  /// form, so one configuration decides.
   void find_planar_axis() {
     if (m_.n_v == 0) return;
     Kinematics kinematics;

@@ -13,9 +13,9 @@ namespace stiction::world {
 struct ObjectNode {
   ObjectJoint joint = ObjectJoint::Free;
   int body = 0, q = 0, v = 0, n_v = 0;
-  int parent = -1;                                    ///< object that it hangs on
-  Pose X_WP;                                          ///< in the parent's body
-  Eigen::Vector3d axis_P = Eigen::Vector3d::UnitZ();  ///< hinge or slider
+  int parent = -1;                                    ///< index of the object that it hangs on
+  Pose X_WP;                                          ///< placed frame, in the parent's body frame
+  Eigen::Vector3d axis_P = Eigen::Vector3d::UnitZ();  ///< axis of a hinge or slider
   int first = 0, second = 1, normal = 2;              ///< axes of P that a planar object slides along and turns about
   double mass = 0;
   double weight_share = 1;
@@ -33,12 +33,12 @@ struct LinkNode {
   };
   Kind kind = Kind::Welded;
   int body = 0, parent = 0;
-  int q = 0, v = 0;              ///< of a follower its leader's
+  int q = 0, v = 0;              ///< indices in q and v; for a follower those of its leader
   int axis = 0;                  ///< column of Kinematics; v, or n_v + i of follower i
-  double ratio = 1, offset = 0;  ///< of a follower
-  Eigen::Matrix3d C0, C1, C2;    ///< of a welded or sliding link only C0 = R_PJ
+  double ratio = 1, offset = 0;  ///< see Follower
+  Eigen::Matrix3d C0, C1, C2;    ///< a welded or sliding link has only C0 = R_PJ
   Eigen::Vector3d p_PJ;
-  Eigen::Vector3d axis_P;  ///< in the parent link
+  Eigen::Vector3d axis_P;  ///< joint axis in the parent link
 };
 
 struct Model::Impl {
@@ -57,7 +57,7 @@ struct Model::Impl {
   std::vector<std::vector<int>> supports;
   std::optional<int> planar_axis;
   Eigen::VectorXd stiffness, effort, speed_limit, lower, upper, reach, neutral;
-  std::optional<Scales> scales;  ///< of the finished model
+  std::optional<Scales> scales;  ///< set when the rest of the model is complete
 
   std::vector<ObjectNode> object_nodes;
   std::vector<LinkNode> link_nodes;                  ///< parents first
@@ -66,7 +66,7 @@ struct Model::Impl {
 
 void calc_kinematics(const Model::Impl& m, const VectorRef& q, Kinematics& out);
 
-/// Pose of a link and axis of its joint, from those of its parent.
+/// Computes the pose of a link and the axis of its joint from the pose of its parent.
 void place_link(const LinkNode& node, const VectorRef& q, Kinematics& out);
 
 }  // namespace stiction::world

@@ -15,7 +15,7 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// The first link behind those that hang on one; links come depth first.
+/// Index after the last link of a subtree; links come depth first.
 int end_of_subtree(const RobotTree& tree, int link) {
   int end = link + 1;
   for (; end < static_cast<int>(tree.links.size()); ++end) {
@@ -26,7 +26,7 @@ int end_of_subtree(const RobotTree& tree, int link) {
   return end;
 }
 
-/// Puts the links of one tree among those of another, behind what hangs on `on` already.
+/// Inserts the links of one tree into another, after the subtree of the link `on`.
 void graft(RobotTree& tree, int on, const Pose& X_LM, RobotTree mounted) {
   const int begin = end_of_subtree(tree, on), count = static_cast<int>(mounted.links.size());
   const auto moved_link = [&](int link) { return link < begin ? link : link + count; };
@@ -47,7 +47,7 @@ void graft(RobotTree& tree, int on, const Pose& X_LM, RobotTree mounted) {
   tree.joints.insert(tree.joints.begin() + begin - 1, mounted.joints.begin(), mounted.joints.end());
 }
 
-/// Reads one mounted file, with the names that its links and joints are to have.
+/// Reads one mounted file and gives its links and joints their final names.
 class MountReader {
  public:
   MountReader(const RobotSpec& robot, const MountSpec& mount) : mount_(mount) {
@@ -102,7 +102,7 @@ class MountReader {
   const MountSpec& mount_;
   RobotContents contents_{};
   bool is_mjcf_ = false;
-  std::string root_{};  ///< of an MJCF, whose root is no link of its own
+  std::string root_{};  ///< name for the root of an MJCF, which is the world and has no name of its own
 };
 
 void mount(const RobotSpec& robot, const MountSpec& mount, RobotContents& contents) {
@@ -124,7 +124,7 @@ void mount(const RobotSpec& robot, const MountSpec& mount, RobotContents& conten
   const std::string root = added.robot.links[0].name;
   for (const auto& [a, b] : added.excludes) contents.excludes.emplace_back(a, b);
   contents.contacts.insert(contents.contacts.end(), added.contacts.begin(), added.contacts.end());
-  for (auto& place : added.places) {  // X_WF has no meaning where the mounted file is no longer at the world's origin
+  for (auto& place : added.places) {  // X_WF is meaningless, since the mounted file is not at the world's origin
     place.with_robot = true;
     if (place.moved_by.empty()) place.moved_by = root;
     contents.places.push_back(std::move(place));

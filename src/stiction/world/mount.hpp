@@ -4,10 +4,10 @@
 
 namespace stiction::world {
 
-/// Hangs the robots of other files on links of this one, as `robot.mounts` says, one after the other: each may hang on what came before. URDF
-/// and MJCF mix. Links and joints of a mounted file keep their names, with the mount's name in front where it has one; the root link of an
-/// MJCF, "world" there, is called by that name or by the file's.
-/// @throws core::InvalidInput "mount[I].on: …": a link that is not there, a file that brings objects, a name that is there already
+/// Mounts the robots of other files on links of this robot, in the order of `robot.mounts`; a link may belong to a robot mounted earlier. URDF
+/// and MJCF may be mixed. Links and joints of a mounted file keep their names, after the mount's name as a prefix if it has one. The root link
+/// of an MJCF, "world" in the file, gets the name of the mount or else of the file.
+/// @throws core::InvalidInput "mount[I].on: …": the link does not exist, the file contains objects, or a name is already in use
 /// Tests: tests/world/mount_test.cpp
 void mount_all(const RobotSpec& robot, RobotContents& contents);
 

@@ -8,20 +8,20 @@
 
 namespace stiction::world {
 
-/// Kinematics where few joints move and few bodies matter, as in a search that brings one finger into contact.
+/// Fast kinematics if only a few joints move and only a few bodies matter, as in a search that brings one finger into contact.
 class MovingLinks {
  public:
-  /// The links that these joints move on the way to the given bodies.
-  /// @param moving  joints of the robots, 0 or 1 each (n_a)
+  /// Selects the links that the moving joints move, among the given bodies and the links that carry them.
+  /// @param moving  per joint of the robots (n_a): 1 if it moves, else 0
   void select(const Model& model, std::span<const char> moving, std::span<const int> bodies);
 
-  /// calc_kinematics() for the links selected, to the bit; the rest of `out` stays. Joints that are not moving are where they were when `out`
-  /// was computed.
+  /// Updates `out` for the selected links, with the same bits as calc_kinematics(); the rest of `out` stays unchanged. Joints that do not move must
+  /// have the values with which `out` was computed.
   void update(const Model& model, const Eigen::VectorXd& q, Kinematics& out) const;
 
  private:
   std::vector<int> links_;
-  std::vector<char> marked_;  // per body
+  std::vector<char> marked_;  // per body: selected
 };
 
 }  // namespace stiction::world

@@ -15,7 +15,7 @@ NearestLine nearest_line(const std::function<double(double)>& f, std::pair<doubl
     if (y >= y_range.first && y <= y_range.second) points.emplace_back(x, y);
   }
   if (points.size() < 2) points = all;
-  // The narrowest strip that holds all points goes along a side of their convex hull, so through two of them.
+  // The narrowest strip that contains all points has a side along an edge of their convex hull, so through two points.
   NearestLine best{.error = std::numeric_limits<double>::infinity()};
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (std::size_t j = i + 1; j < points.size(); ++j) {

@@ -4,8 +4,8 @@
 
 namespace stiction::world {
 
-/// How M_u v and τᵘ of object i (calc_object_mass, calc_gravity) change with the objects' coordinates, at fixed components of v: a centre of
-/// mass moves against the axis that it turns about, and what hangs on an object turns and moves with it.
+/// Computes the derivatives of M_u v and τᵘ of object i (calc_object_mass, calc_gravity) by the objects' coordinates, at fixed components of v.
+/// They are not zero because a centre of mass moves relative to the axis that it turns about, and objects that hang on an object move with it.
 /// @param v (n_v,i)  @param D_momentum_q, D_gravity_q (n_v,i × n_vu), overwritten
 void calc_object_derivatives(const Model& model, const Kinematics& kinematics, int object, VectorRef v,
                              Eigen::Ref<Eigen::MatrixXd> D_momentum_q, Eigen::Ref<Eigen::MatrixXd> D_gravity_q);

@@ -9,7 +9,7 @@
 #include "stiction/world/object_derivatives.hpp"
 #include "stiction/world/point_jacobian.hpp"
 
-// Mass, gravity and what changes them, of objects with what hangs on them; inertia of joints.
+// Mass and gravity of objects with all objects that hang on them, and their derivatives; inertia of joints.
 
 namespace stiction::world {
 namespace {
@@ -17,7 +17,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// M_u and gravity see every body that a coordinate moves: columns of linear (of the centre of mass) and angular velocity.
+/// Computes the velocity of a body per coordinate of an object that moves it, for M_u and gravity: columns of the linear velocity of its centre of
+/// mass and of its angular velocity.
 void calc_columns(const Model::Impl& m, const Kinematics& kinematics, const ObjectNode& mover, const ObjectNode& moved,
                   Eigen::Matrix<double, 3, 6>& linear, Eigen::Matrix<double, 3, 6>& angular) {
   const Vector3d p_WCom = kinematics.X_WB[static_cast<std::size_t>(moved.body)] * moved.p_BCom;
@@ -37,7 +38,7 @@ bool carries(const ObjectNode& node, int object) {
   return std::find(node.carried.begin(), node.carried.end(), object) != node.carried.end();
 }
 
-/// How those columns change with coordinate j of an object that moves `moved`, whose centre of mass is p_WCom.
+/// Computes the derivatives of these columns by coordinate j of an object that moves `moved`, whose centre of mass is p_WCom.
 void calc_column_rates(const Model::Impl& m, const Kinematics& kinematics, const ObjectNode& node, const ObjectNode& mover,
                        const Vector3d& p_WCom, int j, Eigen::Matrix<double, 3, 6>& d_linear, Eigen::Matrix<double, 3, 6>& d_angular) {
   const auto revolute = [&](int dof) { return m.dofs[static_cast<std::size_t>(dof)].kind == DofKind::Revolute; };
@@ -48,7 +49,7 @@ void calc_column_rates(const Model::Impl& m, const Kinematics& kinematics, const
   for (int i = 0; i < node.n_v; ++i) {
     const int dof = node.v + i;
     const Vector3d axis = kinematics.axis_W.col(dof), origin = kinematics.origin_W.col(dof);
-    // Its own rotations turn the axes of a free object's rotation, which are the body's, and no others.
+    // A free object's own rotations turn only its rotation axes, since these are axes of the body.
     const bool turns = revolute(j) && moves_node && (!same || (node.joint == ObjectJoint::Free && revolute(dof)));
     const Vector3d d_axis = turns ? Vector3d(axis_j.cross(axis)) : Vector3d::Zero();
     if (!revolute(dof)) {
@@ -151,7 +152,7 @@ void calc_object_derivatives(const Model& model, const Kinematics& kinematics, i
     const Vector3d velocity = linear.leftCols(node.n_v) * v, rate = angular.leftCols(node.n_v) * v, spin = inertia_W * rate;
     for (std::size_t p = 0; p < m.object_nodes.size(); ++p) {
       const ObjectNode& mover = m.object_nodes[p];
-      if (!carries(mover, o)) continue;  // then it turns and moves `moved`, and `node` as well unless it lies between the two
+      if (!carries(mover, o)) continue;  // a carrier moves `moved`, and also `node` unless it lies between the two
       for (int j = mover.v; j < mover.v + mover.n_v; ++j) {
         calc_column_rates(m, kinematics, node, mover, X_WB * moved.p_BCom, j, d_linear, d_angular);
         const Vector3d d_velocity = d_linear.leftCols(node.n_v) * v;

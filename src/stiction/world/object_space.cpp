@@ -32,9 +32,9 @@ double angle_about(const Eigen::Matrix3d& R, const Eigen::Vector3d& axis) {
 
 double wrap(double angle) { return std::abs(angle) <= std::numbers::pi ? angle : std::remainder(angle, 2.0 * std::numbers::pi); }
 
-/// 2·acos(w)/√(1 − w²) for 0 ≤ w ≤ 1, the factor from the vector part of a quaternion to its rotation vector, to 4e-8 [-]: with
-/// acos(w) = √(1 − w)·P(w) (Abramowitz & Stegun 4.4.46) nothing is singular and no trigonometric function is called, which the search
-/// for the nearest node would spend half its time in.
+/// 2·acos(w)/√(1 − w²) for 0 ≤ w ≤ 1, the factor from the vector part of a quaternion to its rotation vector, accurate to 4e-8 [-]. With
+/// acos(w) = √(1 − w)·P(w) (Abramowitz & Stegun 4.4.46) the formula has no singularity and calls no trigonometric function. Such calls would take
+/// half of the time of the search for the nearest node.
 double log_factor(double w) {
   constexpr double kP[8] = {1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046,
                             0.0308918810, -0.0170881256, 0.0066700901, -0.0012624911};
@@ -90,7 +90,7 @@ Eigen::VectorXd ObjectSpace::coordinates(int object, const Pose& X_WB) const {
   const Pose X_PB = b.X_WP.inverse() * X_WB;
   if (is_planar(b.joint)) {
     const auto axes = planar_axes(b.joint);
-    // x × z = −y: the angle of the xz plane is about +y all the same (docs/notation.md)
+    // Although x × z = −y, the angle in the xz plane is about +y (docs/notation.md).
     Eigen::VectorXd q(3);
     q << X_PB.p[axes[0]], X_PB.p[axes[1]], angle_about(X_PB.R, Eigen::Vector3d::Unit(axes[2]));
     return q;

@@ -9,14 +9,14 @@
 
 namespace stiction::world {
 
-/// Box from which configurations are drawn: per object position [m] and rotation [rad] relative to the world, or coordinates for
-/// planar, hinged and sliding objects.
+/// Box from which the configuration of one object is drawn: position [m] and rotation [rad] relative to the world for a free object, coordinates
+/// for a planar, hinged or sliding object.
 struct SampleBox {
   int object = 0;
   Eigen::VectorXd lower, upper;  ///< free object: x y z roll pitch yaw; others: their coordinates
 };
 
-/// The configurations qᵘ of the objects as a space to measure and sample in.
+/// The space of the configurations qᵘ of the objects: computes errors and draws samples.
 class ObjectSpace {
  public:
   explicit ObjectSpace(const Model& model);
@@ -24,15 +24,15 @@ class ObjectSpace {
   int n_q() const { return n_q_; }
   int n_v() const { return n_v_; }
 
-  /// e = to ⊖ from in the tangent of the objects, e of (3.5); the angle of a planar object is wrapped to (−π, π];
-  /// rotation vectors are right to 4e-8 of their length.
+  /// Computes e = to ⊖ from in the tangent of the objects, e of (3.5). The angle of a planar object is wrapped to (−π, π]. Rotation vectors are
+  /// accurate to 4e-8 of their length.
   /// @param from, to  at least n_q() numbers each  @param e  n_v() numbers
   void error(const double* from, const double* to, double* e) const;
 
-  /// Coordinates of one object that give it the pose X_WB; nothing is lost for free objects, others are projected.
+  /// Coordinates at which one object has the pose X_WB: exact for free objects; for others the pose is projected onto their motion.
   Eigen::VectorXd coordinates(int object, const Pose& X_WB) const;
 
-  /// A configuration of all objects drawn from the boxes; objects without a box stay where q_u has them.
+  /// Draws a configuration of all objects from the boxes; objects without a box keep their values in q_u.
   void sample(const std::vector<SampleBox>& boxes, core::Random& random, Eigen::Ref<Eigen::VectorXd> q_u) const;
 
  private:
@@ -46,13 +46,13 @@ class ObjectSpace {
   int n_q_ = 0, n_v_ = 0;
 };
 
-/// Of the angles that are the same modulo 2π the nearest to `reference` [rad].
+/// The angle equal to `angle` modulo 2π that is nearest to `reference` [rad].
 double nearest_turn(double angle, double reference);
 
-/// Worst displacement of an object in e (n_vu, tangent) as a share of the given distance [m] and angle [rad].
+/// Largest displacement of an object in e (n_vu, tangent), as a share of the given distance [m] and angle [rad].
 double largest_share(const Model& model, const Eigen::VectorXd& e, double position, double angle);
 
-/// Every object is at q1 within the given distance [m] and angle [rad] of where it is at q0.
+/// True if each object at q1 is within the given distance [m] and angle [rad] of its pose at q0.
 bool objects_agree(const Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, double position,
                    double angle);
 

@@ -36,7 +36,7 @@ Vector3d support(const Shape& shape, const Vector3d& d) {
       shape);
 }
 
-/// Leaves the points whose hull has the point nearest to 0 inside, and returns that point.
+/// Keeps only the points whose hull has the point nearest to 0 in its interior, and returns that nearest point.
 Vector3d reduce(std::vector<Vector3d>& points) {
   Vector3d best = points.back();
   std::vector<Vector3d> kept{points.back()};
@@ -72,7 +72,7 @@ bool overlap(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB)
   std::vector<Vector3d> simplex;
   for (int k = 0; k < kMaxIterations; ++k) {
     const Vector3d w = X_WA * support(a, X_WA.R.transpose() * -v) - X_WB * support(b, X_WB.R.transpose() * v);
-    const double bound = v.dot(w) / v.norm();  // of the distance, from below
+    const double bound = v.dot(w) / v.norm();  // lower bound of the distance
     if (bound > touch) return false;
     if (k > 0 && v.norm() - bound <= 0.1 * touch) return true;  // the distance itself, ≤ touch
     simplex.push_back(w);

@@ -4,9 +4,9 @@
 
 namespace stiction::world {
 
-/// Whether two convex bodies have a point in common, or come nearer than a millionth of their sizes.
+/// True if two convex bodies have a point in common, or are nearer than a millionth of their sizes.
 ///
-/// min ‖x‖ over x in A − B by the method of Gilbert, Johnson and Keerthi (1988) on support points. Not for half-spaces.
+/// Computes min ‖x‖ over x in A − B by the method of Gilbert, Johnson and Keerthi (1988) on support points. Not for half-spaces.
 bool overlap(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB);
 
 }  // namespace stiction::world

@@ -14,12 +14,12 @@
 namespace stiction::world {
 namespace {
 
-/// Of so many pairs the broad phase alone takes longer than a step of an ordinary scene.
+/// Number of pairs beyond which the broad phase alone takes longer than a step of an ordinary scene.
 constexpr std::size_t kMany = 20000;
-/// What is beyond the limits of a joint by less than this share of its range is within reach as well: springs and motors give way.
+/// Factor on the radius of a reach ball, because springs and motors give way and joints may exceed their limits a little.
 constexpr double kBeyondLimits = 1.1;
 
-/// Which geometries may touch: those that move beside each other, that no filter keeps apart and no joint holds together.
+/// Finds the pairs of geometries that may touch: they move relative to each other, no filter excludes them, and no joint links their bodies.
 class PairFinder {
  public:
   explicit PairFinder(ModelParts& parts) : parts_(parts), m_(parts.m) {}
@@ -120,7 +120,7 @@ class PairFinder {
     }
   }
 
-  /// Moments and priorities by MuJoCo's rules; μ is the harmonic mean, which is nearer to that of the smoother surface.
+  /// Sets the friction of a pair. Moments and priorities follow MuJoCo's rules; μ is the harmonic mean, which is nearer to the smoother surface.
   void set_friction(const Geometry& a, const Geometry& b, Pair& pair) const {
     if (const auto own = contacts_.find({pair.geometry_a, pair.geometry_b}); own != contacts_.end()) {
       pair.friction = own->second->friction;
@@ -152,7 +152,7 @@ class PairFinder {
     return group_a != group_b && !parts_.adjacent.contains({group_a, group_b}) && !parts_.adjacent.contains({group_b, group_a});
   }
 
-  /// Links that a robot does not push with and objects.
+  /// False for a pair of an object and a link that may not touch objects (RobotSpec::push_with).
   bool may_push(const Geometry& a, const Geometry& b) const {
     const Body &object = m_.bodies[at(a.body)], &link = m_.bodies[at(b.body)];
     if (object.kind != BodyKind::Object || link.kind != BodyKind::Robot) return true;
@@ -162,14 +162,15 @@ class PairFinder {
            std::any_of(robot.push_with.begin(), robot.push_with.end(), [&](const auto& pattern) { return matches_pattern(pattern, name); });
   }
 
-  /// In which a geometry stays, whatever moves.
+  /// Ball that a geometry never leaves, whatever moves.
   Ball ball_of(const Geometry& geometry, const Kinematics& kinematics, const Eigen::VectorXd& q) const {
     const Body& body = m_.bodies[at(geometry.body)];
     const Ball ball = calc_reach_ball(m_, kinematics, q, body, kinematics.X_WB[at(geometry.body)] * geometry.p_BCenter);
     return {ball.center, kBeyondLimits * ball.radius + geometry.bounding_radius};
   }
 
-  /// They are farther apart than contacts are looked for, whatever moves. What is fixed has its shape, and everything else a ball.
+  /// True if two geometries are always farther apart than max_distance [m], whatever moves. A fixed half-space or box counts with its shape, any
+  /// other geometry with its ball.
   bool never_meet(const Ball& a, const Ball& b, const Geometry& other, const Kinematics& rest, double max_distance) const {
     double gap = (a.center - b.center).norm() - a.radius - b.radius;
     if (m_.bodies[at(other.body)].kind == BodyKind::Fixed) {
@@ -181,7 +182,7 @@ class PairFinder {
     return gap > max_distance;
   }
 
-  /// Links of one robot that overlap at rest are made so: they never touch.
+  /// True if two links of one robot overlap at rest. Such an overlap is by design, so the links form no pair.
   bool overlap_at_rest(const Geometry& a, const Geometry& b, const Kinematics& rest) {
     const Body &body_a = m_.bodies[at(a.body)], &body_b = m_.bodies[at(b.body)];
     if (body_a.kind != BodyKind::Robot || body_b.kind != BodyKind::Robot || body_a.owner != body_b.owner) return false;
@@ -209,7 +210,7 @@ class PairFinder {
 
   ModelParts& parts_;
   Model::Impl& m_;
-  std::map<std::pair<int, int>, const ContactSpec*> contacts_{};   ///< geometries in their order
+  std::map<std::pair<int, int>, const ContactSpec*> contacts_{};   ///< by the indices of the two geometries, the smaller first
   std::map<std::string, std::vector<std::string>> overlapping_{};  ///< pairs of links per robot
 };
 

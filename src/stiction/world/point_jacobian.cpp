@@ -12,7 +12,7 @@ void calc_point_jacobian(const Model& model, const Kinematics& kinematics, int b
   for (const int axis : model.bodies()[static_cast<std::size_t>(body)].axes) {
     const auto [dof, kind, ratio] = axis_at(model, axis);
     const int column = dof - model.n_vu();
-    if (column < 0) continue;  // of an object
+    if (column < 0) continue;  // a coordinate of an object
     const Eigen::Vector3d a = ratio * kinematics.axis_W.col(axis);
     if (kind == DofKind::Prismatic) {
       J.col(column).head<3>() += a;

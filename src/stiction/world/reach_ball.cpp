@@ -11,7 +11,7 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Where the value of a coordinate stands in q.
+/// Index in q of the value of a velocity coordinate.
 int index_in_q(const Model::Impl& m, int dof) {
   if (dof >= m.n_vu) return m.n_qu + dof - m.n_vu;
   const ObjectInfo& object = m.objects[at(m.dofs[at(dof)].owner)];

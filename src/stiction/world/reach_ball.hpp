@@ -12,9 +12,11 @@ struct Ball {
   double radius = 0;                                 ///< [m]
 };
 
-/// A ball that a point of a body does not leave while joints move: a hinge turns it about its axis, a slider takes it along within its limits.
-/// The radius is infinite where nothing holds the point, as on a free object.
-/// @param kinematics  at q (n_q)  @param p_W  the point [m]  @param moving  per robot joint (n_a), while objects stay; empty: all joints and objects move
+/// Computes a ball that a point of a body never leaves while joints move: hinges turn the point about their axes, sliders move it within their
+/// limits. The radius is infinite for an unbounded motion, as on a free object.
+/// @param kinematics  kinematics at q (n_q)
+/// @param p_W         the point [m]
+/// @param moving      per robot joint (n_a): nonzero if it moves; objects are then fixed. Empty: all joints and objects move
 /// Tests: tests/world/reach_ball_test.cpp
 Ball calc_reach_ball(const Model::Impl& model, const Kinematics& kinematics, const VectorRef& q, const Body& body,
                      const Eigen::Vector3d& p_W, std::span<const char> moving = {});

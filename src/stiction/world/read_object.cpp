@@ -29,7 +29,7 @@ Eigen::Matrix3d read_rotation(const YamlNode& node) {
   return Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized().toRotationMatrix();
 }
 
-/// The convex parts of a mesh file: of one that is not convex several.
+/// Reads the convex parts of a mesh file; a non-convex mesh has several.
 std::vector<Shape> read_mesh(const YamlNode& node) {
   node.require_map({"file", "scale", "convex_hull", "convex_decomposition"});
   const YamlNode file = node.at("file");
@@ -50,7 +50,7 @@ std::vector<Shape> read_mesh(const YamlNode& node) {
   return shapes;
 }
 
-/// One shape, or the convex parts of a mesh.
+/// Reads one shape, or the convex parts of a mesh.
 std::vector<Shape> read_shape(const YamlNode& node, std::string_view kind, bool half_space_allowed) {
   if (kind == "sphere") {
     node.require_map({"radius"});
@@ -82,7 +82,7 @@ std::vector<Shape> read_shape(const YamlNode& node, std::string_view kind, bool 
   return read_mesh(node);
 }
 
-/// What an entry of `objects` or `fixed` says of all its shapes.
+/// Surface properties that an entry of `objects` or `fixed` states for all its shapes.
 struct Surface {
   explicit Surface(const YamlNode& owner)
       : friction(owner.nonnegative_or("friction", 1.0)),
@@ -92,7 +92,7 @@ struct Surface {
   SurfaceRule rule;
 };
 
-/// Adds the geometries of an entry of `shapes`. @param number  of the entry, for a name that is not given
+/// Adds the geometries of an entry of `shapes`. @param number  number of the entry, which names it if it has no name
 void add_geometries(const YamlNode& item, const Surface& surface, bool half_space_allowed, int number, std::vector<GeometrySpec>& out) {
   static constexpr std::string_view kKinds[] = {"sphere", "box", "capsule", "cylinder", "ellipsoid", "mesh", "half_space"};
   item.require_map({"name", "pose", "friction", "torsional_friction", "rolling_friction", "max_force", "sphere", "box", "capsule",
@@ -137,7 +137,7 @@ Eigen::Vector3d read_axis(const YamlNode& node) {
   return axis.normalized();
 }
 
-/// How the object may move: its joint, and what belongs to that.
+/// Reads the joint of the object and the properties of that joint.
 void read_motion(const YamlNode& node, ObjectSpec& object) {
   static constexpr std::string_view kJoints[] = {"free", "planar_xy", "planar_yz", "planar_xz", "hinge", "slider"};
   const std::string joint = node.at("joint").one_of(kJoints);
@@ -240,7 +240,7 @@ FixedSpec read_fixed(const YamlNode& node) {
 }
 
 void round_center(ObjectSpec& object) {
-  constexpr double kRounding = 1e-6;  // of the radius of gyration
+  constexpr double kRounding = 1e-6;  // rounding error, as a share of the radius of gyration
   if (object.p_BCom.norm() < kRounding * std::sqrt(object.inertia.trace() / object.mass)) object.p_BCom.setZero();
 }
 

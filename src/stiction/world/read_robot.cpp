@@ -16,7 +16,7 @@
 namespace stiction::world {
 namespace {
 
-/// A map from names to numbers; `all_positive`: they are > 0, and one number stands for every name.
+/// Reads a map from names to numbers. With `all_positive` they must be > 0, and a single number may stand for all names.
 std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, std::string_view what, std::span<const std::string> known,
                                                           bool all_positive) {
   std::vector<std::pair<std::string, double>> out;
@@ -34,7 +34,7 @@ std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, 
   return out;
 }
 
-/// One number for all joints, a list in their order, or a map for some; null for no limit.
+/// Reads efforts: one number for all joints, a list in the order of the joints, or a map for some joints; null means no limit.
 std::vector<std::pair<std::string, double>> read_efforts(const YamlNode& node, std::span<const std::string> joints) {
   const auto effort = [](const YamlNode& value) {
     return value.kind() == YamlNode::Kind::Null ? std::numeric_limits<double>::infinity() : value.positive();
@@ -54,7 +54,7 @@ std::vector<std::pair<std::string, double>> read_efforts(const YamlNode& node, s
   return out;
 }
 
-/// What is said in the file of the robot and cannot be said again beside it.
+/// Rejects keys that the robot's file format does not allow in the scene.
 void require_urdf_keys(const YamlNode& node, bool mjcf) {
   if (!mjcf && node.has("fixed_base")) node.at("fixed_base").fail("fixed_base beside urdf", "it only for MJCF, whose bases may be free");
   if (!mjcf) return;
@@ -64,10 +64,10 @@ void require_urdf_keys(const YamlNode& node, bool mjcf) {
   }
 }
 
-/// A text may hold all of a robot but its meshes; the largest of public robots has 1 MB.
+/// Largest text of a robot [bytes]. A text contains the whole robot except its meshes; the largest public robot has 1 MB.
 constexpr std::size_t kLargestText = 16u << 20;
 
-/// A value that begins as XML does, and so is no path.
+/// True for a value that begins like XML, so that it is no path.
 bool is_xml(std::string_view value) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (value.starts_with(kByteOrderMark)) value.remove_prefix(kByteOrderMark.size());
@@ -75,14 +75,14 @@ bool is_xml(std::string_view value) {
   return first != std::string_view::npos && value[first] == '<';
 }
 
-/// The beginning of what was given for a path.
+/// Quotes the beginning of the value given as a path.
 std::string quote(std::string_view value) {
   constexpr std::size_t kMost = 80;
   const auto end = std::min(value.find('\n'), kMost);
   return end < value.size() ? fmt::format("'{}…'", value.substr(0, end)) : fmt::format("'{}'", value);
 }
 
-/// The file or the text of a robot.
+/// Reads the key that gives the file or the text of a robot.
 void read_source(const YamlNode& value, bool mjcf, RobotSpec& robot) {
   const std::string given = value.string();
   const std::filesystem::path folder = value.file().parent_path();
@@ -101,7 +101,7 @@ void read_source(const YamlNode& value, bool mjcf, RobotSpec& robot) {
                                                                                                : "a URDF file, or its text");
 }
 
-/// A whole scene, file or text, that is a URDF.
+/// True if a whole scene, as file or text, is a URDF.
 bool is_whole_urdf(const YamlNode& value, std::span<const std::filesystem::path> package_dirs) {
   const std::string given = value.string();
   if (is_xml(given)) {
@@ -112,7 +112,7 @@ bool is_whole_urdf(const YamlNode& value, std::span<const std::filesystem::path>
   return !file.empty() && is_urdf(file);
 }
 
-/// What is wrong in a text is said with the key that it stands under.
+/// Reads the contents of a robot. Messages about a text name the key that contains it.
 std::shared_ptr<const RobotContents> read_contents(const YamlNode& source, const RobotSpec& robot) {
   try {
     return contents_of(robot);
@@ -125,7 +125,7 @@ std::shared_ptr<const RobotContents> read_contents(const YamlNode& source, const
   }
 }
 
-/// Files that hang on links: one map, or a list of them.
+/// Reads the files mounted on links: one map, or a list of maps.
 std::vector<MountSpec> read_mounts(const YamlNode& node, const RobotSpec& robot) {
   std::vector<MountSpec> out;
   for (const YamlNode& item : node.is_sequence() ? node.items() : std::vector{node}) {
@@ -143,7 +143,7 @@ std::vector<MountSpec> read_mounts(const YamlNode& node, const RobotSpec& robot)
   return out;
 }
 
-/// Names of bodies, of a list of at least one.
+/// Reads a list of at least one body name.
 std::vector<std::string> read_bodies(const YamlNode& node) {
   std::vector<std::string> out;
   for (const YamlNode& item : node.items()) out.push_back(item.string());
@@ -151,7 +151,7 @@ std::vector<std::string> read_bodies(const YamlNode& node) {
   return out;
 }
 
-/// The robot without what its own file says. @param whole  the file of a whole scene that `node` is the robot of
+/// Reads the keys of a robot, without the contents of its file. @param whole  file of a whole scene, if `node` is the robot of that scene
 RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, const WholeScene* whole) {
   RobotSpec robot;
   const bool mjcf = whole != nullptr ? !is_whole_urdf(whole->file, package_dirs) : node.has("mjcf");
@@ -181,7 +181,7 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   return robot;
 }
 
-/// Pairs that an SRDF file keeps from touching become filters.
+/// Turns the pairs that an SRDF file disables into filters.
 void add_srdf(const YamlNode& node, RobotSpec& robot, std::span<const std::string> links, Scene& scene) {
   const auto file = find_resource(node.string(), node.file().parent_path(), robot.package_dirs);
   if (file.empty()) node.fail(fmt::format("'{}', which does not exist", node.string()), "an SRDF file");

@@ -45,7 +45,7 @@ RobotChains::RobotChains(const Model& model) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Body& a = body_of(pairs[i].geometry_a);
     const Body& b = body_of(pairs[i].geometry_b);
-    // A trunk moves everything it carries: a pair of two fingers of the same trunk does not change with it.
+    // A trunk moves both sides of a pair of two of its fingers alike, so it does not change that pair.
     const ChainMask mask = mask_of(a) ^ mask_of(b);
     const ChainMask both = mask_of(a) & mask_of(b);
     pair_mask_.push_back(mask != 0 ? mask : both);

@@ -38,7 +38,7 @@ double calc_extent(const RobotTree& tree, int link) {
   return extent;
 }
 
-/// Of a link and all that hangs on it.
+/// Mass of a link and of all links that hang on it [kg].
 double calc_carried_mass(const RobotTree& tree, int link) {
   const RobotLink& here = tree.links[static_cast<std::size_t>(link)];
   double mass = here.inertia ? here.inertia->mass : calc_inertia(here).mass;
@@ -79,7 +79,7 @@ double calc_reach(const RobotTree& tree, std::size_t link) {
     if (joint.parent == static_cast<int>(link))
       reach = std::max(reach, from_axis(joint.X_PJ.p) + slide(joint) + calc_extent(tree, joint.child));
   }
-  for (const auto& joint : tree.joints) {  // what follows it may hang elsewhere
+  for (const auto& joint : tree.joints) {  // followers of the joint may be in other branches
     if (joint.leader == static_cast<int>(link) - 1)
       reach = std::max(reach, std::abs(joint.ratio) * calc_reach(tree, static_cast<std::size_t>(joint.child)));
   }
@@ -94,7 +94,7 @@ double calc_default_stiffness(const RobotTree& tree, std::size_t link) {
   if (!std::isfinite(range) || range <= 0) range = revolute ? 2 * std::numbers::pi : calc_reach(tree, link);
   const double weight = kMargin * kGravity * calc_carried_mass(tree, static_cast<int>(link));
   const double effort = joint.effort.value_or(weight * (revolute ? calc_reach(tree, link) : 1.0));
-  return effort > 0 ? effort / (kShare * range) : 1.0;  // what moves nothing may do so at any stiffness
+  return effort > 0 ? effort / (kShare * range) : 1.0;  // a joint that carries no mass may have any stiffness
 }
 
 std::vector<int> number_joints(const RobotTree& tree, int v_begin) {
@@ -153,7 +153,7 @@ void weld(RobotJoint& joint, double value) {
   joint.leader = -1;
 }
 
-/// Leaders that follow others are replaced by those.
+/// Replaces each leader that follows another joint by that joint.
 void shorten_chains(RobotTree& tree) {
   for (auto& joint : tree.joints) {
     std::size_t hops = 0;
@@ -185,7 +185,7 @@ void release_placeholder_limits(RobotTree& tree) {
 
 void resolve_followers(RobotTree& tree) {
   shorten_chains(tree);
-  for (const auto& joint : tree.joints) {  // what a leader feels of them at the same power, and how fast they let it be
+  for (const auto& joint : tree.joints) {  // add the followers' friction at equal power, and their speed limits, to the leader
     if (joint.leader < 0) continue;
     RobotJoint& leader = tree.joints[static_cast<std::size_t>(joint.leader)];
     leader.friction += std::abs(joint.ratio) * joint.friction;
@@ -207,7 +207,7 @@ void resolve_followers(RobotTree& tree) {
     tree.notes.push_back(
         fmt::format("limits that leave no range to the joints that they follow are left out, of joints: {}", list_some(outside)));
   }
-  // A range of one point leaves no motion; nor does it to what follows.
+  // A joint whose range is one point does not move, and neither do its followers.
   std::vector<std::optional<double>> still(tree.joints.size());
   std::vector<std::string> names;
   for (std::size_t j = 0; j < tree.joints.size(); ++j) {
@@ -236,7 +236,7 @@ std::string list_some(std::span<const std::string> names) {
 
 namespace {
 
-/// The keys that decide what is read, and how.
+/// True if all keys that affect the reading of the file are equal.
 bool reads_the_same(const RobotSpec& a, const RobotSpec& b) {
   const auto same_parts = [](const Decomposition& x, const Decomposition& y) {
     return x.threshold == y.threshold && x.max_parts == y.max_parts;

@@ -19,7 +19,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 /// ∫ r rᵀ dm about the centre of mass, from the inertia about it.
 Matrix3d second_moments(const Matrix3d& inertia) { return 0.5 * inertia.trace() * Matrix3d::Identity() - inertia; }
 
-/// Axis of its body, normal to which an object moves in a plane; −1 for others.
+/// Body axis normal to the plane in which a planar object moves; −1 for other joints.
 int planar_normal(ObjectJoint joint) {
   switch (joint) {
     case ObjectJoint::PlanarXY:
@@ -51,10 +51,10 @@ double calc_length(const ObjectSpec& spec) {
   } else if (const double det = C.determinant(); det > 0) {
     return std::cbrt(std::sqrt(det));
   }
-  return std::sqrt(C.trace() / 3);  // an inertia of something flat
+  return std::sqrt(C.trace() / 3);  // the inertia of a flat body
 }
 
-/// Part of gravity that an object falls by: along the axes that it slides on, across the axis of a hinge.
+/// Part of gravity along the motion of an object: along its sliding axes, or across the axis of a hinge.
 Vector3d gravity_along(const Model& model, const Kinematics& kinematics, const ObjectInfo& object) {
   const Vector3d& gravity = model.scene().gravity;
   Vector3d along = Vector3d::Zero();
@@ -81,7 +81,7 @@ double calc_softest(const Model& model) {
   return std::isfinite(softest) ? softest : 0.0;
 }
 
-/// Diameter of the largest ball around a shape of a robot link [m]; the longest reach where there is none.
+/// Diameter of the largest ball around a shape of a robot link [m]; the longest reach if there is no such shape.
 double calc_robot_length(const Model& model) {
   double length = 0;
   for (const auto& geometry : model.geometries()) {
@@ -102,7 +102,7 @@ Scales::Scales(const Model& model) : softest_(calc_softest(model)) {
   for (std::size_t o = 0; o < model.objects().size(); ++o) {
     const ObjectInfo& object = model.objects()[o];
     const double length = calc_length(model.scene().objects[o]);
-    // What is left of gravity when the axes are known to rounding is no weight.
+    // A component of gravity that is only rounding error of the axes does not count as weight.
     const double g = gravity_along(model, kinematics, object).norm();
     const double weight = g > 1e-9 * gravity.norm() ? object.carried_mass * g : 0.0;
     const double fallback = gravity.isZero(0) ? length : gravity.norm();

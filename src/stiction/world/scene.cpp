@@ -29,7 +29,7 @@ FilterSpec read_filter(const YamlNode& node, std::span<const std::string> names)
   return filter;
 }
 
-/// Reads a scene; what is wrong with one entry does not hide what is wrong with the next.
+/// Reads a scene. An error in one entry does not hide errors in the next.
 class SceneReader {
  public:
   SceneReader(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) : node_(node), package_dirs_(package_dirs) {}
@@ -58,7 +58,7 @@ class SceneReader {
       scene_.fixed.push_back(read_fixed(item));
       add_owner(item, scene_.fixed.back().name, scene_.fixed.back().geometries);
     });
-    faults_.raise();  // names that places and filters may have are known then
+    faults_.raise();  // places and filters need all names, so earlier faults end the reading here
     faults_.collect([&] {
       if (const auto places = node_.find("places")) read_places(*places);
     });
@@ -77,7 +77,7 @@ class SceneReader {
     });
   }
 
-  /// Fixed bodies that are elsewhere than their entries say.
+  /// Reads positions that replace those in the entries of fixed bodies.
   void read_places(const YamlNode& node) {
     for (const auto& [name, position] : node.entries()) {
       const auto body = std::ranges::find(scene_.fixed, name, &FixedSpec::name);
@@ -103,7 +103,8 @@ class SceneReader {
     ObjectSpec object;
     if (!faults_.collect([&] { object = read_object(item); })) {
       if (!item.is_map()) return;
-      if (const auto name = item.find("name"); name && name->is_scalar()) owners_.push_back(name->string());  // others may hang on it
+      if (const auto name = item.find("name"); name && name->is_scalar())
+        owners_.push_back(name->string());  // later objects may hang on it
       return;
     }
     if (!object.parent.empty() && std::find(owners_.begin(), owners_.end(), object.parent) == owners_.end())
@@ -112,7 +113,7 @@ class SceneReader {
     add_owner(item, scene_.objects.back().name, scene_.objects.back().geometries);
   }
 
-  /// The robot, the objects and the fixed body of the one file that the scene is in.
+  /// Reads the robot, the objects and the fixed body of a scene that is one file.
   void read_whole_scene() {
     std::vector<YamlNode> words;
     if (const auto objects = node_.find("objects"); objects && objects->is_sequence()) {
@@ -144,7 +145,7 @@ class SceneReader {
     const std::size_t objects = scene_.objects.size(), fixed = scene_.fixed.size();
     read_robot_into(item, package_dirs_, scene_, names_, whole);
     add_owner(item, scene_.robots.back().name, {});
-    for (std::size_t i = objects; i < scene_.objects.size(); ++i)  // those that an MJCF brings
+    for (std::size_t i = objects; i < scene_.objects.size(); ++i)  // objects from an MJCF
       add_owner(item, scene_.objects[i].name, scene_.objects[i].geometries);
     for (std::size_t i = fixed; i < scene_.fixed.size(); ++i) add_owner(item, scene_.fixed[i].name, scene_.fixed[i].geometries);
   }

@@ -16,7 +16,7 @@ std::string_view shape_name(const Shape& shape);  ///< "sphere", "capsule", …
 /// R = Rz(yaw) Ry(pitch) Rx(roll), fixed axes [rad].
 Eigen::Matrix3d rotation_from_rpy(const Eigen::Vector3d& rpy);
 
-/// What a mass m adds to the inertia about a point at the offset d from its centre (Steiner) [kg m²].
+/// Contribution of a mass m to the inertia about a point at the offset d from its centre (Steiner) [kg m²].
 Eigen::Matrix3d parallel_axis(double m, const Eigen::Vector3d& d);
 
 /// Volume, centre and inertia of a body of unit density.
@@ -27,7 +27,7 @@ struct VolumeProperties {
 };
 
 VolumeProperties calc_volume_properties(const Shape& shape);  ///< in the geometry frame; not for half-spaces
-/// Of several shapes together; volumes where they overlap count for each of them.
+/// The same for several shapes together; the volume of an overlap counts once for each shape in it.
 VolumeProperties calc_volume_properties(std::span<const GeometrySpec> geometries);
 
 /// Bounding sphere in the geometry frame; radius infinite for a half-space.
@@ -40,33 +40,34 @@ BoundingSphere calc_bounding_sphere(const Shape& shape);
 /// Convex hull of points (3 × n): no inner points, outward triangles. @throws core::InvalidInput for flat or too few points
 ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points);
 
-/// What to do with a mesh that encloses less than 99 % of its convex hull.
+/// Treatment of a mesh that encloses less than 99 % of its convex hull.
 enum class NonConvex {
-  TakeHull,   ///< one hull
-  TakeHulls,  ///< of a mesh of convex solids those; else one hull, which fills what the mesh leaves open
-  Decompose   ///< convex parts that leave it open; refused where the mesh is not closed
+  TakeHull,   ///< one hull of the whole mesh
+  TakeHulls,  ///< one hull per solid if all solids of the mesh are convex; else one hull, which fills the hollows of the mesh
+  Decompose   ///< convex parts, which keep the hollows open; refused if the mesh is not closed
 };
 
 struct MeshOptions {
   NonConvex non_convex = NonConvex::Decompose;
   Decomposition decomposition{};  ///< for Decompose
-  double tolerance = 0;  ///< share of its diagonal by which the surface of a part may move to save corners (simplify_hull); 0: none
+  double tolerance =
+      0;  ///< distance by which simplify_hull may move the surface of a part, as a share of its diagonal; 0: no simplification
 };
 
 struct LoadedMesh {
   std::vector<ConvexMesh> parts;
-  bool filled = false;  ///< TakeHulls found no convex solids: the hull holds more than the mesh
-  double error = 0;     ///< how far corners that are left out moved the surface of a part, at most [m]
+  bool filled = false;  ///< true if TakeHulls found non-convex solids, so that the hull is larger than the mesh
+  double error = 0;     ///< largest distance by which removed corners moved the surface of a part [m]
 };
 
-/// Convex parts of an STL, OBJ or DAE file: one, its hull, where it is convex. They are those of default_cache_dir() if there.
+/// Loads an STL, OBJ or DAE file as convex parts; a convex mesh gives one part, its hull. Parts in default_cache_dir() are reused.
 /// @throws core::InvalidInput with the file name
 LoadedMesh load_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, const MeshOptions& options);
 
-/// Name of part k of a mesh that came in `parts` of them: NAME for one, NAME/part_k for several.
+/// Name of part k of a mesh with `parts` parts: NAME for one part, NAME/part_k for several.
 std::string part_name(const std::string& name, std::size_t k, std::size_t parts);
 
-/// @throws core::InvalidInput: a size that is not finite and > 0, or a mesh without vertices
+/// Checks the sizes of a shape. @throws core::InvalidInput: a size that is not finite and > 0, or a mesh without vertices
 void require_shape(std::string_view field, const Shape& shape);
 
 }  // namespace stiction::world

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Of the farthest outside of a round: faces beside it whose corners are about as far get theirs in the same round.
+/// A round also adds the farthest corner of each other face, if its distance is more than this share of the largest distance.
 constexpr double kAlike = 0.5;
 
 /// Faces of a hull as planes n·x ≤ d.
@@ -37,12 +37,12 @@ struct Planes {
       offsets[t] = normals.col(t).dot(a);
     }
   }
-  /// How far a point is outside the face that it is farthest outside of, negative inside all of them.
+  /// Largest distance by which a point is outside a face; negative if it is inside all faces. @param face  receives that face
   double outside(const Vector3d& p, Index* face) const { return (normals.transpose() * p - offsets).maxCoeff(face); }
   static Vector3d corner(const ConvexMesh& hull, Index t, int k) { return hull.vertices.col(hull.triangles(k, t)); }
 };
 
-/// Corners that are farthest along the axes and their diagonals: a body with a volume where the whole has one.
+/// Chooses the corners farthest along the axes and their diagonals. Their hull has a volume if the whole mesh has one.
 std::vector<char> choose_first(const Matrix3Xd& corners) {
   std::vector<char> chosen(static_cast<std::size_t>(corners.cols()), 0);
   for (int x = -1; x <= 1; ++x) {
@@ -96,7 +96,8 @@ double calc_distance(const ConvexMesh& hull, const Vector3d& p) {
   return least;
 }
 
-/// At a sharp edge a corner is farther from the hull than from every plane: those are chosen here. @returns the largest distance of the others
+/// Chooses corners that are farther from the hull than the tolerance though not from any plane, as happens at sharp edges.
+/// @returns the largest distance of the other corners [m]
 double choose_far(const Matrix3Xd& corners, const ConvexMesh& hull, const Planes& planes, double tolerance, std::vector<char>& chosen,
                   bool& any) {
   double error = 0;

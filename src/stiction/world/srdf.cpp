@@ -20,7 +20,7 @@ void each_child(const XMLElement& root, const char* name, const Visit& visit) {
   for (const XMLElement* e = root.FirstChildElement(name); e != nullptr; e = e->NextSiblingElement(name)) visit(*e);
 }
 
-/// Joints that move otherwise here than the file has them.
+/// Adds notes on joints that move differently here than in the file.
 void add_joint_notes(const XmlReader& reader, const XMLElement& root, Srdf& out) {
   std::vector<std::string> passive, moving_bases;
   each_child(root, "passive_joint", [&](const XMLElement& e) { passive.push_back(reader.required(e, "name")); });

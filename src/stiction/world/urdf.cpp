@@ -33,11 +33,11 @@ void add_once(std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
 }
 
-/// Where meshes are looked for and how they are taken, and the names of what was not taken as it is written.
+/// Folders and options for reading meshes, and the names of elements that were not read as written.
 struct Source {
-  std::filesystem::path file;    ///< the URDF, as messages name it
-  std::filesystem::path folder;  ///< that paths in it are relative to
-  bool is_file = true;           ///< and no text in memory
+  std::filesystem::path file;    ///< name of the URDF in messages
+  std::filesystem::path folder;  ///< folder for relative paths
+  bool is_file = true;           ///< false: a text in memory
   std::span<const std::filesystem::path> package_dirs;
   MeshOptions options;
   bool whole_scene = false;
@@ -60,8 +60,8 @@ struct Source {
   }
 };
 
-/// The parts of a mesh file, which is read once however many links name it. Each of them has triangles of its own, as those of a file that
-/// came in several parts count once in a link.
+/// Returns the parts of a mesh file, which is read only once even if it is used several times. Each use has its own copy of the triangles, because
+/// parts with the same copy count as one mesh in a link.
 LoadedMesh find_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, Source& source) {
   const auto key = std::pair{file, std::array{scale[0], scale[1], scale[2]}};
   const auto known = source.meshes.find(key);
@@ -98,7 +98,7 @@ std::vector<Shape> read_mesh(const XmlReader& reader, const XMLElement& element,
   return shapes;
 }
 
-/// Cylinders and capsules. A capsule without length is a sphere.
+/// Reads a cylinder or a capsule. A capsule of length 0 is a sphere.
 std::vector<Shape> read_round(const XmlReader& reader, const XMLElement& shape, bool capsule) {
   const double radius = reader.nonnegative(shape, "radius"), half_length = reader.nonnegative(shape, "length") / 2;
   if (radius == 0 || (half_length == 0 && !capsule)) return {};
@@ -107,7 +107,7 @@ std::vector<Shape> read_round(const XmlReader& reader, const XMLElement& shape, 
   return {Cylinder{radius, half_length}};
 }
 
-/// One shape, the convex parts of a mesh, or nothing: exporters write a shape of size 0 for a link without one.
+/// Reads one shape, the convex parts of a mesh, or nothing: exporters write a shape of size 0 for a link without a shape.
 std::vector<Shape> read_geometry(const XmlReader& reader, const XMLElement& collision, Source& source) {
   const XMLElement& geometry = reader.child(collision, "geometry");
   const XMLElement* shape = geometry.FirstChildElement();
@@ -128,14 +128,14 @@ std::vector<Shape> read_geometry(const XmlReader& reader, const XMLElement& coll
   reader.fail(*shape, "geometry", fmt::format("'{}'", kind), "sphere, box, cylinder, capsule or mesh");
 }
 
-/// Moments that a body can have: ∫(y² + z²) dm ≤ ∫(z² + x²) dm + ∫(x² + y²) dm about every axis. Points and rods have moments of 0.
+/// True for moments that a body can have: ∫(y² + z²) dm ≤ ∫(z² + x²) dm + ∫(x² + y²) dm about every axis. Moments of 0 are those of points and rods.
 bool is_possible(const Eigen::Matrix3d& about_com) {
   const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(about_com, Eigen::EigenvaluesOnly).eigenvalues();
   const double rounding = 1e-6 * moments.cwiseAbs().maxCoeff();  // files keep about six digits
   return moments[0] >= -rounding && moments[2] <= moments[0] + moments[1] + rounding;
 }
 
-/// Mass 0 states nothing: files write it for links that they have no figures for.
+/// Reads the inertia of a link. A mass of 0 counts as not stated: files write it for links with unknown inertia.
 void read_inertia(const XmlReader& reader, const XMLElement& element, Source& source, RobotLink& link) {
   const XMLElement* inertial = element.FirstChildElement("inertial");
   if (inertial == nullptr) return;
@@ -166,7 +166,7 @@ void read_inertia(const XmlReader& reader, const XMLElement& element, Source& so
   link.inertia = out;
 }
 
-/// Adds the shapes of a collision element to its link. @param number  of the element in the link
+/// Adds the shapes of a collision element to its link. @param number  number of the element in the link
 void add_collision(const XmlReader& reader, const XMLElement& element, int number, Source& source, RobotLink& link) {
   const std::vector<Shape> shapes = read_geometry(reader, element, source);
   if (shapes.empty()) return add_once(source.empty, link.name);
@@ -198,7 +198,7 @@ struct RawJoint {
   std::string parent, child, leader;
 };
 
-/// The attribute `velocity`; infinite where there is none, or where it is 0.
+/// Reads the attribute `velocity`; infinite if it is missing or 0.
 double read_speed_limit(const XmlReader& reader, const XMLElement& joint, const XMLElement& limit) {
   const char* text = limit.Attribute("velocity");
   if (text == nullptr) return kInfinity;
@@ -208,7 +208,8 @@ double read_speed_limit(const XmlReader& reader, const XMLElement& joint, const 
   return *speed > 0 ? *speed : kInfinity;
 }
 
-/// A joint whose file says neither end has none, as MuJoCo and Drake have it; of two ends the one that is left out is 0, as the format says.
+/// Reads the limits of a joint. If the file states neither limit, the joint has none, as in MuJoCo and Drake. If one is missing, it is 0, as the
+/// format defines.
 void read_limits(const XmlReader& reader, const XMLElement& element, Source& source, RobotJoint& joint, bool continuous) {
   const XMLElement* limit = element.FirstChildElement("limit");
   if (limit != nullptr && limit->Attribute("effort") != nullptr) {
@@ -298,7 +299,7 @@ const XMLElement& read_root(const XmlReader& reader, const std::string& text, co
   return *root;
 }
 
-/// Reads the tree of links of one URDF. What is wrong with one element does not hide what is wrong with the next.
+/// Reads the tree of links of one URDF. An error in one element does not hide errors in the next.
 class TreeReader {
  public:
   TreeReader(const std::string& text, Source source)
@@ -375,7 +376,7 @@ class TreeReader {
     joints_.push_back(std::move(raw.joint));
   }
 
-  /// Moves a link and all that hangs on it to the robot: depth first, children in the order of the file. Returns its number there.
+  /// Moves a link and all links that hang on it to the robot, depth first, children in the order of the file. @returns its index in the robot
   int visit(int link, RobotTree& robot) {
     const int here = static_cast<int>(robot.links.size());
     robot.links.push_back(std::move(links_[static_cast<std::size_t>(link)]));
@@ -402,7 +403,7 @@ class TreeReader {
     }
   }
 
-  /// Joints of transmissions, and those with a command interface of ros2_control.
+  /// Marks the joints of transmissions and the joints with a command interface of ros2_control as actuated.
   void find_motors(RobotTree& robot) const {
     for (const char* list : {"transmission", "ros2_control"}) {
       for (const XMLElement* e = root_.FirstChildElement(list); e != nullptr; e = e->NextSiblingElement(list)) {
@@ -422,8 +423,9 @@ class TreeReader {
   core::Faults faults_{};
   std::vector<RobotLink> links_{};
   std::vector<RobotJoint> joints_{};
-  std::vector<std::pair<const XMLElement*, std::string>> followers_{};  ///< and their leaders, which may stand below them
-  std::vector<int> joint_of_child_{};                                   ///< per link; −1 of the root
+  std::vector<std::pair<const XMLElement*, std::string>>
+      followers_{};                    ///< followers and the names of their leaders, which may come later in the file
+  std::vector<int> joint_of_child_{};  ///< per link: index of its joint; −1 for the root
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 bool is_mobile(const RobotJoint& joint) { return joint.moves() || joint.floating; }
 
-/// Adds a body that is rigidly at X to another one. Both inertias are about centres of mass.
+/// Adds the inertia of a body fixed at the pose X to another body. Both inertias are about centres of mass.
 void add_inertia(const BodyInertia& part, const Pose& X, BodyInertia& whole) {
   const double mass = whole.mass + part.mass;
   if (!(mass > 0)) return;
@@ -28,7 +28,7 @@ void add_inertia(const BodyInertia& part, const Pose& X, BodyInertia& whole) {
   whole.mass = mass;
 }
 
-/// A link that has a mass and no moments has those of its shapes at that mass: an object needs some.
+/// Inertia of a link as an object. A link with a mass and no moments gets the moments of its shapes at that mass, since an object needs moments.
 BodyInertia inertia_of(const RobotLink& link) {
   const BodyInertia shapes = calc_inertia(link);
   BodyInertia out = link.inertia.value_or(shapes);
@@ -63,7 +63,7 @@ class UrdfSplitter {
     throw core::InvalidInput(fmt::format("urdf: got {}, expected {}", got, expected));
   }
 
-  /// The nearest link at or above this one that a joint moves; 0 where none does.
+  /// The nearest link at or above this one that a joint moves; 0 if there is none.
   int mover(std::size_t link) const {
     while (link != 0 && !is_mobile(tree_.joints[link - 1])) link = at(tree_.joints[link - 1].parent);
     return static_cast<int>(link);
@@ -102,7 +102,7 @@ class UrdfSplitter {
       if (tree_.joints[link - 1].actuated) actuated_[top_[link]] = true;
     }
     for (const std::string& name : split_.robot) actuated_[top_[find_link(name, "robot")]] = true;
-    for (std::size_t link = 1; link < n; ++link) {  // what follows a robot's joint is the robot's; leaders move by themselves
+    for (std::size_t link = 1; link < n; ++link) {  // a joint that follows a robot's joint belongs to the robot; leaders move by themselves
       const int leader = tree_.joints[link - 1].leader;
       if (leader >= 0 && actuated_[top_[at(leader + 1)]]) actuated_[top_[link]] = true;
     }
@@ -132,7 +132,7 @@ class UrdfSplitter {
     propagate();
   }
 
-  /// What is fixed to an object is the object's, and so are the joints below it.
+  /// Assigns links fixed to an object, and the joints below it, to the objects.
   void propagate() {
     for (std::size_t link = 1; link < role_.size(); ++link) {
       const Role above = role_[at(tree_.joints[link - 1].parent)];
@@ -206,7 +206,7 @@ class UrdfSplitter {
     }
   }
 
-  /// What is seen of the links of an object is seen of the object.
+  /// Moves the visuals of the links of an object to the object.
   void hand_over_visuals() {
     for (FileVisual& visual : tree_.visuals) {
       const auto found = std::find_if(tree_.links.begin(), tree_.links.end(), [&](const RobotLink& l) { return l.name == visual.owner; });
@@ -242,8 +242,8 @@ class UrdfSplitter {
   const MjcfSplit& split_;
   RobotContents& contents_;
   RobotTree& tree_;
-  std::vector<std::size_t> top_{};  ///< per link: the topmost link with a joint at or above it, 0 without
-  std::vector<bool> actuated_{};    ///< per link that is the top of a tree
+  std::vector<std::size_t> top_{};  ///< per link: the topmost link with a joint at or above it; 0 if there is none
+  std::vector<bool> actuated_{};    ///< for each link at the top of a tree: the tree has an actuator
   std::vector<Role> role_{};        ///< per link
   std::vector<std::string> loose_{};
 };

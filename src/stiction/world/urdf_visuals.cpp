@@ -39,7 +39,7 @@ class VisualReader {
     }
   }
 
-  /// The colour of a <material>; nullopt where it has none of its own.
+  /// The colour of a <material>; nullopt if it states none.
   Color color_of(const XMLElement& material) const {
     const XMLElement* color = material.FirstChildElement("color");
     if (color == nullptr) return std::nullopt;
@@ -97,7 +97,7 @@ class VisualReader {
   const std::filesystem::path& folder_;
   std::span<const std::filesystem::path> package_dirs_;
   RobotTree& tree_;
-  std::map<std::string, std::array<double, 4>> colors_{};  ///< of the materials by name
+  std::map<std::string, std::array<double, 4>> colors_{};  ///< colours of the materials, by name
 };
 
 }  // namespace

@@ -8,9 +8,9 @@
 
 namespace stiction::world {
 
-/// Adds what the <visual> elements of a URDF show to the tree. Nobody needs a picture in order to plan: an element that cannot be read is no
-/// fault of the file, and goes to `unseen`.
-/// @param folder  that paths are relative to  @param package_dirs  where package:// is looked up
+/// Adds the <visual> elements of a URDF to the tree. Planning does not need visuals, so an element that cannot be read is no error; it is listed
+/// in `unseen`.
+/// @param folder  folder for relative paths  @param package_dirs  folders in which package:// is looked up
 /// Tests: tests/world/visuals_test.cpp
 void read_urdf_visuals(const XmlReader& reader, const XMLElement& robot, const std::filesystem::path& folder,
                        std::span<const std::filesystem::path> package_dirs, RobotTree& tree);

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
   throw core::InvalidInput(fmt::format("{}: mesh: got {}, expected {}", file.string(), got, expected));
 }
 
-/// Hands Assimp a file and the materials beside it, and nothing else: a mesh may name any file.
+/// Gives Assimp access to one file and the material files beside it only, because a mesh could name any other file.
 class MeshFolder final : public Assimp::IOSystem {
  public:
   explicit MeshFolder(fs::path file) : file_(std::move(file)) {}
@@ -89,7 +89,7 @@ std::vector<ColoredMesh> load_visual_mesh(const fs::path& file, const Eigen::Vec
   Assimp::Importer importer;
   importer.SetIOHandler(new MeshFolder(file));  // the importer deletes it
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // as load_mesh() has it
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // as in load_mesh()
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
   if (scene == nullptr) fail_visual(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   std::vector<ColoredMesh> parts;

@@ -12,10 +12,11 @@ namespace stiction::world {
 
 struct ColoredMesh {
   std::shared_ptr<const VisualMesh> mesh;
-  std::optional<Eigen::Vector4d> color{};  ///< of its material in the file
+  std::optional<Eigen::Vector4d> color{};  ///< colour of its material in the file
 };
 
-/// The triangles of a mesh file to be looked at, in one part per material: STL, OBJ with the MTL file beside it, DAE, and what else Assimp reads.
+/// Loads the triangles of a mesh file for display, one part per material. Formats: STL, OBJ with the MTL file beside it, DAE, and all others that
+/// Assimp reads.
 /// @throws core::InvalidInput with the file name
 std::vector<ColoredMesh> load_visual_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
 

@@ -20,7 +20,7 @@ namespace {
 
 using MeshPointer = std::shared_ptr<const VisualMesh>;
 
-/// One mesh of a compiled MJCF.
+/// Copies one mesh of a compiled MJCF.
 MeshPointer take_mesh(const mjModel& m, int number) {
   const Eigen::Map<const Eigen::Matrix3Xf> vertices(m.mesh_vert + 3 * m.mesh_vertadr[number], 3, m.mesh_vertnum[number]);
   const Eigen::Map<const Eigen::Matrix3Xi> triangles(m.mesh_face + 3 * m.mesh_faceadr[number], 3, m.mesh_facenum[number]);
@@ -57,7 +57,7 @@ class VisualsReader {
     }
   }
 
-  /// −1: the scene has no body of that name, as of an object that collides with nothing.
+  /// Index of a body by name; −1 if the scene has no such body, for example because the object does not collide.
   int find_body(const std::string& owner) const {
     const auto find = [&](const std::string& name) {
       const auto bodies = model_.bodies();
@@ -102,7 +102,7 @@ class VisualsReader {
     return known->second;
   }
 
-  /// A mesh of an MJCF, which is compiled once however many of its meshes are seen.
+  /// Finds a mesh of an MJCF. The file is compiled only once, even if several of its meshes are visible.
   MeshPointer find_mesh(const VisualFile& file) {
     auto& meshes = compiled_[file.file];
     if (!meshes) {
@@ -119,7 +119,7 @@ class VisualsReader {
   void compile(const std::filesystem::path& mounted, std::vector<MeshPointer>& meshes) const {
     const bool is_text = mounted.empty() && !robot_->text.empty();
     const std::filesystem::path file = is_text ? robot_->mjcf.parent_path() / ".text.xml" : mounted.empty() ? robot_->mjcf : mounted;
-    std::vector<std::string> ignored;  // they were noted when the model was made
+    std::vector<std::string> ignored;  // Model::make() has already reported these notes
     const CompiledMjcf model = compile_mjcf(is_text ? robot_->text : read_bytes(file), file, file, ignored);
     for (int number = 0; number < model->nmesh; ++number) meshes.push_back(take_mesh(*model, number));
   }
@@ -128,7 +128,7 @@ class VisualsReader {
     const std::pair key{file.file, std::array{file.scale[0], file.scale[1], file.scale[2]}};
     const auto known = files_.find(key);
     if (known != files_.end()) return known->second;
-    files_[key] = {};  // read once also where it cannot be
+    files_[key] = {};  // a file that cannot be read is tried only once
     return files_[key] = load_visual_mesh(file.file, file.scale);
   }
 

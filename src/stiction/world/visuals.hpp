@@ -10,13 +10,13 @@
 
 namespace stiction::world {
 
-/// Triangles that are looked at. They need be neither closed nor convex, and may repeat a point for every triangle.
+/// Triangle mesh for display. It need be neither closed nor convex, and may repeat a point for every triangle.
 struct VisualMesh {
   Eigen::Matrix3Xf vertices;   ///< [m]
-  Eigen::Matrix3Xi triangles;  ///< seen from where their corners run counterclockwise
+  Eigen::Matrix3Xi triangles;  ///< visible from the side from which their corners run counterclockwise
 };
 
-/// What is seen of a body.
+/// A coloured shape or mesh that shows a body.
 struct Visual {
   int body = -1;
   Pose X_BV;
@@ -25,15 +25,15 @@ struct Visual {
 };
 
 struct Visuals {
-  std::vector<std::shared_ptr<const VisualMesh>> meshes;  ///< each once, however many visuals have it
+  std::vector<std::shared_ptr<const VisualMesh>> meshes;  ///< each mesh once, even if several visuals use it
   std::vector<Visual> visuals;
-  std::vector<std::string> notes;  ///< what is left out, one sentence each, with the name of the robot in front
+  std::vector<std::string> notes;  ///< visuals that are left out, one sentence each, starting with the name of the robot
 };
 
-/// Pictures of links and objects as the files of their robots show them: <visual> elements of a URDF, visible geoms of an MJCF (groups 0 to 2)
-/// with the colours of their materials, of textures the mean. Bodies of whom no file shows anything have none; their geometries stand for them.
-/// Mesh files are read now, and an MJCF with meshes is compiled again. A file that cannot be read, or has changed since the model was made, is
-/// left out with a note.
+/// Reads the visuals of links and objects from the files of their robots: <visual> elements of a URDF, visible geoms of an MJCF (groups 0 to 2).
+/// Their colours are those of their materials, and the mean colour of a texture. A body without visuals in a file has none; its geometries
+/// can be shown instead. The call reads mesh files, and compiles an MJCF with meshes again. A file that cannot be read, or that has changed
+/// since the model was made, is left out with a note.
 /// Tests: tests/world/visuals_test.cpp
 Visuals read_visuals(const Model& model);
 

@@ -3,7 +3,7 @@
 namespace stiction::world {
 namespace {
 
-/// What a root element tells of a file. {} in the remedy is its name.
+/// The format of a file by its root element, and a remedy for the message. {} in the remedy stands for the file's name.
 struct Root {
   std::string_view element, what, remedy;
 };
@@ -32,7 +32,7 @@ const XMLElement* parse_xml(tinyxml2::XMLDocument& document, const std::string& 
                             std::string_view format) {
   const Format& wanted = *std::find_if(std::begin(kFormats), std::end(kFormats), [&](const Format& f) { return f.key == format; });
   document.Parse(text.data(), text.size());
-  // Pages are seldom XML, and are to be known as what they are.
+  // Web pages are seldom valid XML, but the message should name them as web pages.
   const bool page = lower_case(text.substr(0, std::min<std::size_t>(text.size(), 256))).find("<!doctype html") != std::string::npos;
   if (page || (document.Error() && document.ErrorID() != tinyxml2::XML_ERROR_EMPTY_DOCUMENT)) {
     const std::string got = page ? "a web page" : fmt::format("malformed XML ({})", document.ErrorName());

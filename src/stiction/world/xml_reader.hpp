@@ -19,16 +19,16 @@ namespace stiction::world {
 
 using tinyxml2::XMLElement;
 
-/// Parses the text of a URDF ("urdf"), an SRDF ("srdf") or an MJCF ("mjcf"). @param file  as messages name it
-/// @returns its root element; nullptr where the text has no element: it is empty, or holds comments only
-/// @throws core::InvalidInput: malformed XML, or the root element of another format, which is named
+/// Parses the text of a URDF ("urdf"), an SRDF ("srdf") or an MJCF ("mjcf"). @param file  name of the file in messages
+/// @returns its root element; nullptr if the text has no element because it is empty or contains only comments
+/// @throws core::InvalidInput: malformed XML, or a root element of another format; the message names the format
 const XMLElement* parse_xml(tinyxml2::XMLDocument& document, const std::string& text, const std::filesystem::path& file,
                             std::string_view format);
 
-/// Reads elements of an XML file and says where they stand when they are not as they should be.
+/// Reads elements of an XML file. Errors name the file and the line of the element.
 class XmlReader {
  public:
-  /// @param file  as messages name it
+  /// @param file  name of the file in messages
   explicit XmlReader(const std::filesystem::path& file) : file_(file) {}
 
   [[noreturn]] void fail(const XMLElement& at, std::string_view what, std::string_view got, std::string_view expected) const {
@@ -78,7 +78,8 @@ class XmlReader {
     return {rotation_from_rpy(vector3(*element, "rpy", Eigen::Vector3d::Zero())), vector3(*element, "xyz", Eigen::Vector3d::Zero())};
   }
 
-  /// The number that a text is, but for blanks around it; nullopt where it is none. @param infinite_allowed  else finite
+  /// Reads a text that is a number, with or without blanks around it; nullopt for any other text.
+  /// @param infinite_allowed  false: the number must be finite
   static std::optional<double> try_number(std::string_view text, bool infinite_allowed) {
     const auto values = try_numbers(text, 1, infinite_allowed);
     return values ? std::optional((*values)[0]) : std::nullopt;

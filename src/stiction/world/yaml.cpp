@@ -35,13 +35,13 @@ std::string join_path(const std::string& parent, std::string_view key) {
   return parent.empty() ? std::string(key) : fmt::format("{}.{}", parent, key);
 }
 
-/// How messages about a value begin; a text in memory has a folder in place of a file, and no lines.
+/// Beginning of a message about a value. A text in memory has a folder in place of a file, and its messages name no line.
 std::string locate(const std::filesystem::path& file, int line, std::string_view path) {
   if (path.empty()) path = "top level";
   return file.has_filename() ? fmt::format("{}:{}: {}", file.string(), line, path) : std::string(path);
 }
 
-/// The beginning of a long text, for messages; no character is cut in two.
+/// Shortens a long text for messages, without cutting a character in two.
 std::string shorten(const std::string& text) {
   constexpr std::size_t kMost = 100;
   if (text.size() <= kMost) return text;
@@ -50,7 +50,7 @@ std::string shorten(const std::string& text) {
   return text.substr(0, end) + " …";
 }
 
-/// Decimal numbers and the YAML and C spellings of NaN and infinity.
+/// Reads a decimal number, or NaN or infinity in the spellings of YAML and C.
 std::optional<double> read_number(std::string_view text) {
   std::string lower(text);
   std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -67,10 +67,10 @@ std::optional<double> read_number(std::string_view text) {
   return value ? std::optional(sign * *value) : std::nullopt;
 }
 
-/// Values that a text may stand for: without aliases there is less than one a character.
+/// Largest number of values per character of a text; without aliases there is less than one value per character.
 constexpr std::size_t kNodesPerCharacter = 32;
 
-/// The first line that begins with blanks among which is a tab, from 1.
+/// Number (from 1) of the first line whose leading blanks contain a tab.
 std::optional<int> line_indented_by_tab(const std::string& text) {
   int number = 1;
   for (std::size_t begin = 0; begin < text.size(); ++number) {
@@ -88,7 +88,7 @@ std::vector<std::string> to_strings(std::span<const std::string_view> names) { r
 /// Copies a yaml-cpp tree into ours.
 struct YamlBuilder {
   std::shared_ptr<const std::filesystem::path> file;
-  std::size_t left;  ///< nodes that may still come: aliases of aliases name more than any memory holds
+  std::size_t left;  ///< number of nodes still allowed: nested aliases can expand beyond any memory
 
   YamlNode build(const YAML::Node& in, const std::string& path, int depth = 0) {
     if (left-- == 0) {

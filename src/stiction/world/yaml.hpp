@@ -14,8 +14,8 @@
 
 namespace stiction::world {
 
-/// A value of a YAML file that knows where it stands: every reader below throws core::InvalidInput with the message
-/// "FILE:LINE: field.path: got …, expected …" when the value is not what was asked for. Cheap to copy; the tree is immutable.
+/// A value of a YAML file that knows its file, line and path. Every reader below throws core::InvalidInput with the message
+/// "FILE:LINE: field.path: got …, expected …" if the value has another type or range. Cheap to copy; the tree is immutable.
 class YamlNode {
  public:
   enum class Kind {
@@ -26,17 +26,18 @@ class YamlNode {
   };
 
   YamlNode() = default;
-  /// @param file  where the text stands. A folder with a '/' at its end: a text in memory, whose paths are relative to the folder and
-  ///              whose values are named by their path alone
-  /// @throws when malformed or a key repeats
+  /// Parses a text.
+  /// @param file  file that contains the text. A folder ending in '/' means a text in memory: its paths are relative to the folder, and messages
+  ///              name its values by their path only
+  /// @throws if the text is malformed or a key repeats
   static YamlNode parse(const std::string& text, const std::filesystem::path& file);
-  static YamlNode load(const std::filesystem::path& file);  ///< @throws when it cannot be read
+  static YamlNode load(const std::filesystem::path& file);  ///< @throws if the file cannot be read
 
   Kind kind() const;
-  const std::filesystem::path& file() const;  ///< the file this value was written in (with `base` not always the one asked for)
+  const std::filesystem::path& file() const;  ///< file that contains this value (with `base` it may differ from the loaded file)
   int line() const;                           ///< from 1
   const std::string& path() const;            ///< "scene.robots[0].urdf"; empty at the top
-  std::string where() const;                  ///< "FILE:LINE: path", of a text in memory "path": how messages begin
+  std::string where() const;                  ///< beginning of messages: "FILE:LINE: path", or "path" for a text in memory
 
   bool is_map() const { return kind() == Kind::Map; }
   bool is_sequence() const { return kind() == Kind::Sequence; }
@@ -44,18 +45,18 @@ class YamlNode {
   bool is_number() const;  ///< an unquoted scalar that reads as a number, NaN and infinities included
 
   // Maps
-  void require_map(std::span<const std::string_view> allowed) const;  ///< a map with no other keys than these
+  void require_map(std::span<const std::string_view> allowed) const;  ///< requires a map without other keys
   void require_map(std::initializer_list<std::string_view> allowed) const { require_map(std::span(allowed.begin(), allowed.size())); }
   void require_map() const;
-  std::vector<std::pair<std::string, YamlNode>> entries() const;  ///< of a map, in file order
+  std::vector<std::pair<std::string, YamlNode>> entries() const;  ///< entries of a map, in file order
   bool has(std::string_view key) const;
   YamlNode at(std::string_view key) const;                   ///< @throws when missing
   std::optional<YamlNode> find(std::string_view key) const;  ///< nullopt when missing
-  YamlNode without(std::string_view key) const;              ///< the same map less one key
+  YamlNode without(std::string_view key) const;              ///< the same map without one key
 
   // Sequences
   std::vector<YamlNode> items() const;
-  std::vector<YamlNode> items(std::size_t n) const;  ///< exactly n of them
+  std::vector<YamlNode> items(std::size_t n) const;  ///< requires exactly n items
 
   // Values
   double number() const;       ///< finite
@@ -82,7 +83,7 @@ class YamlNode {
   /// Throws "FILE:LINE: path: got GOT, expected EXPECTED". Without `got` the value itself is quoted.
   [[noreturn]] void fail(std::string_view expected) const;
   [[noreturn]] void fail(std::string_view got, std::string_view expected) const;
-  /// Throws the message for a name that is none of `known`, with the nearest of them as a hint.
+  /// Throws the message for a name that is not in `known`, with the nearest known name as a hint.
   [[noreturn]] void fail_unknown(std::string_view what, std::string_view name, std::span<const std::string> known) const;
 
   std::string describe() const;  ///< the value in a few words, for messages
@@ -95,17 +96,17 @@ class YamlNode {
   std::shared_ptr<const Data> data_;
 };
 
-/// `over` on top of `base`: maps are merged key by key, anything else is replaced.
+/// Merges `over` into `base`: maps are merged key by key, any other value is replaced.
 YamlNode merge(const YamlNode& base, const YamlNode& over);
 
-/// Loads a file; while its top level has a key `base: other.yaml` (relative to the file that says so), the other file is loaded first
-/// and this one is merged over it. The result has no key `base`. @throws core::InvalidInput, also for a circle of bases
+/// Loads a file. If its top level has a key `base: other.yaml` (relative to that file), the other file is loaded first, in the same way, and this
+/// file is merged into it. The result has no key `base`. @throws core::InvalidInput, also for a circle of bases
 YamlNode load_yaml_with_base(const std::filesystem::path& file);
 
-/// The same of a text in memory. @param folder  that paths in it are relative to
+/// The same for a text in memory. @param folder  folder for its relative paths
 YamlNode parse_yaml_with_base(const std::string& text, const std::filesystem::path& folder);
 
-/// "a, b, c" and, when one of them is near to `name`, "; did you mean 'b'?".
+/// Lists the known names as "a, b, c"; if one of them is similar to `name`, adds "; did you mean 'b'?".
 std::string list_with_hint(std::string_view name, std::span<const std::string> known);
 
 }  // namespace stiction::world
