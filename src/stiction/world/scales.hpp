@@ -14,7 +14,7 @@ struct Scale {
   double force = 0;   ///< F [N]
 };
 
-/// Thresholds as shares of L and F. For tasks of 0.1 m and 1 N they agree with values found by hand: a gap of 1 mm, κ = 1000/J, γ = 1e-4 m².
+/// Thresholds as shares of L and F. For tasks of 0.1 m and 1 N they are near the values found by hand: a gap of 1 mm, κ = 1000/J, γ = 1e-4 m².
 namespace share {
 inline constexpr double kContact = 0.01;       ///< of L: a force acts across at most this gap; bodies overlap by at most this
 inline constexpr double kSlide = 0.01;         ///< of L: μ·slip in a sub-step, the gap that Anitescu's law opens (2.3.4)
