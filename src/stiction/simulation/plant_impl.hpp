@@ -12,7 +12,7 @@
 #include "stiction/simulation/simulation.hpp"
 #include "stiction/world/call_mujoco.hpp"
 
-// Inside of the layer: nothing that MuJoCo defines is seen by those who use simulation.hpp.
+// Internal to the layer: simulation.hpp exposes no MuJoCo types.
 
 namespace stiction::simulation {
 
