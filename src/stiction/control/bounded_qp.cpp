@@ -279,7 +279,8 @@ class DualActiveSet {
     return true;
   }
 
-  /// One step of iterative refinement of the rows. If rows contradict each other, multipliers are as large as the priorities and x is their small difference.
+  /// One step of iterative refinement of the rows. If rows contradict each other, multipliers are as large as the priorities and x is their
+  /// small difference.
   bool refine() {
     if (w_.active.empty()) return true;
     if (!factor()) return false;

@@ -12,8 +12,8 @@ namespace stiction::control {
 ///
 ///   min  ½ (x − x̂)ᵀ H (x − x̂) + ½ Σ_i ω_i s_i²    s.t.  lower ≤ x ≤ upper ,  A x ≤ b + s                                        (C.10)
 ///
-/// with ω_i = priority_i / (a_i H⁻¹ a_iᵀ). If no other constraint is active, s_i is the share 1/(1 + priority_i) of the violation that the unconstrained
-/// minimum has. Every such program has exactly one solution, even if rows are parallel or contradict each other or the box.
+/// with ω_i = priority_i / (a_i H⁻¹ a_iᵀ). If no other constraint is active, s_i is the share 1/(1 + priority_i) of the violation that the
+/// unconstrained minimum has. Every such program has exactly one solution, even if rows are parallel or contradict each other or the box.
 struct BoundedQp {
   RowMatrix H;                   ///< (n × n), symmetric, positive definite; if `diagonal` is set, only its diagonal is read
   bool diagonal = false;         ///< whether H is diagonal
@@ -60,11 +60,12 @@ class BoundedQpWorkspace {
   Eigen::VectorXd enters, leaves;    // (n) closed form: multipliers between which a coordinate is free
 };
 
-/// Solves (C.10) by the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983). The method starts at x̂; every iteration adds the
-/// most violated constraint or drops a blocking one. In (x, s) the gradients of all constraints are linearly independent, so any constraint can be
-/// added. A diagonal H with one row, or with the two sides of one row, is solved in closed form.
+/// Solves (C.10) by the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983). The method starts at x̂; every
+/// iteration adds the most violated constraint or drops a blocking one. In (x, s) the gradients of all constraints are linearly
+/// independent, so any constraint can be added. A diagonal H with one row, or with the two sides of one row, is solved in closed form.
 ///
-/// @returns Solved | MaxIterations (x is inside the box, `slack` has the violations of the rows) | NumericalFailure: H is not positive definite
+/// @returns Solved | MaxIterations (x is inside the box, `slack` has the violations of the rows) | NumericalFailure: H is not positive
+/// definite
 /// No heap use as long as m does not exceed the rows reserved for this n. Worst case: `max_iterations` of O((n + m)³) each.
 /// Tests: tests/control/bounded_qp_test.cpp (brute force over all active sets, ProxQP, residuals)
 [[nodiscard]] core::Status solve_bounded_qp(const BoundedQp& qp, const BoundedQpOptions& options, BoundedQpWorkspace& work,

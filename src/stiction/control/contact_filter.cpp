@@ -28,8 +28,8 @@ int ContactFilter::update(std::span<const ContactForce> contacts, const world::K
   return left_out;
 }
 
-/// Low-passes the force, and the contact point as the mean of the measured points, weighted by their share of the force. The mean is needed because an edge
-/// or face contact may rest on one corner in this tick and on another one in the next. (C.5)
+/// Low-passes the force, and the contact point as the mean of the measured points, weighted by their share of the force. The mean is needed
+/// because an edge or face contact may rest on one corner in this tick and on another one in the next. (C.5)
 void ContactFilter::see(FilteredContact& k, const ContactForce& measured, const world::Kinematics& kinematics, double gain) const {
   const world::Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(measured.body)];
   const Vector3d before = k.contact.force_W, p_BC = X_WB.inverse() * measured.p_WC;

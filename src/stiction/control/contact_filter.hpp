@@ -19,8 +19,8 @@ struct FilteredContact {
                   p_W = Eigen::Vector3d::Zero();  ///< force direction and contact point when the contact was last seen
 };
 
-/// Low-passes contact forces. A new contact starts at its measured force, the force of an unseen contact decays, and if there are too many contacts the
-/// strongest are kept.
+/// Low-passes contact forces. A new contact starts at its measured force, the force of an unseen contact decays, and if there are too many
+/// contacts the strongest are kept.
 class ContactFilter {
  public:
   /// @param options  options of the controller; they must outlive the filter

@@ -105,7 +105,8 @@ class Tick {
   int group_of(Index contact) const { return in_.groups.empty() ? 0 : in_.groups[static_cast<std::size_t>(contact)]; }
   bool may_be_gone(Index contact) const { return group_of(contact) != 0; }
 
-  /// Intersects the intervals of rate, torque and joint limits in this order. If an interval does not meet the next one, it shrinks to its nearest point.
+  /// Intersects the intervals of rate, torque and joint limits in this order. If an interval does not meet the next one, it shrinks to its
+  /// nearest point.
   void calc_box() {
     for (Index j = 0; j < n_; ++j) {
       double low = -robot_.rate[j], high = robot_.rate[j];
@@ -216,8 +217,8 @@ class Tick {
       if (must_not_pull(i)) add_row(i, 1, w_.lambda0[i] / in_.lambda_max[i], options_.unilateral_priority);
   }
 
-  /// Whether the reference leaves the contact, (5.30) with its sign corrected: it moves the contact point along the force on the robot. With a task, the
-  /// command that tracks the task best takes the place of the reference.
+  /// Whether the reference leaves the contact, (5.30) with its sign corrected: it moves the contact point along the force on the robot.
+  /// With a task, the command that tracks the task best takes the place of the reference.
   bool is_left(Index contact) const {
     double along = 0;
     for (Index j = 0; j < n_; ++j) {

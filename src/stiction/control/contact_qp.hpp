@@ -33,17 +33,19 @@ struct ContactQpOptions {
   TrackingCost cost = TrackingCost::Command;
   double epsilon = 1e-3;         ///< ε of (5.22) [-], > 0
   double posture_weight = 1e-3;  ///< weight of ‖q_cmd − q_ref‖² while a task is tracked [1/rad²], > 0
-  /// Compliance of a contact as a share of the arm's compliance at that point, > 0. It makes the forces of parallel, opposed or too many contacts unique:
-  /// the solution nearest to the measured forces. At 0, (C.1) would hold exactly but could not be solved for such contacts.
+  /// Compliance of a contact as a share of the arm's compliance at that point, > 0. It makes the forces of parallel, opposed or too many
+  /// contacts unique: the solution nearest to the measured forces. At 0, (C.1) would hold exactly but could not be solved for such
+  /// contacts.
   double contact_compliance = 1e-2;
-  /// Smallest lever for the compliance of a contact [m], > 0; shorter levers count as this one. The structure bears a force that passes through the joint
-  /// axes, and no command changes this force.
+  /// Smallest lever for the compliance of a contact [m], > 0; shorter levers count as this one. The structure bears a force that passes
+  /// through the joint axes, and no command changes this force.
   double least_lever = 1e-2;
   /// Contacts that the reference does not leave, J_u (q_ref − q) < 0, do not pull: λ ≥ 0. (5.30) with its sign corrected. If false, the
   /// constraint is two-sided, as in the thesis.
   bool unilateral = true;
-  /// Conflicts are resolved in this order: rate, torque, joint limits, λ ≤ λ_max, λ ≥ 0, tracking. The first three hold exactly, and an earlier limit
-  /// has precedence over a later one. Of the violation of the two force limits by tracking alone, the share 1/(1 + priority) remains.
+  /// Conflicts are resolved in this order: rate, torque, joint limits, λ ≤ λ_max, λ ≥ 0, tracking. The first three hold exactly, and an
+  /// earlier limit has precedence over a later one. Of the violation of the two force limits by tracking alone, the share 1/(1 + priority)
+  /// remains.
   double force_priority = 1e6;       ///< [-], in (unilateral_priority, 1e7]: conflicts are resolved to 1e-16 of it
   double unilateral_priority = 1e3;  ///< [-], > 0
   BoundedQpOptions solver{};
@@ -59,8 +61,8 @@ struct ContactQpInput {
   VectorRef lambda;      ///< measured forces (m) [N]
   VectorRef lambda_max;  ///< (m) [N], > 0
   double damping = 0;    ///< w of (5.24) [-], ≥ 0
-  /// Group of each contact (m); empty: all contacts act together. Contacts of group 0 hold the arm. Every other group is a set of contacts that may not exist:
-  /// its forces are bounded as if they were the only ones, and its contacts do not hold the arm.
+  /// Group of each contact (m); empty: all contacts act together. Contacts of group 0 hold the arm. Every other group is a set of contacts
+  /// that may not exist: its forces are bounded as if they were the only ones, and its contacts do not hold the arm.
   std::span<const int> groups{};
   /// Tracks a task instead of joints, with the cost ½‖E (q_cmd − q) − e‖²; the caller weights the rows. Null: joints are tracked.
   const RowMatrix* task_jacobian = nullptr;     ///< E (k × n)
@@ -78,7 +80,8 @@ struct ContactQpResult {
   Eigen::VectorXd limit_slack;   ///< distance of q_cmd from the joint limits (n) [rad], ≥ 0
   int iterations = 0;
 
-  /// Whether all limits hold: no force exceeds its bound by more than `force` [N], no torque exceeds its limit, no command is outside the joint limits.
+  /// Whether all limits hold: no force exceeds its bound by more than `force` [N], no torque exceeds its limit, no command is outside the
+  /// joint limits.
   bool within_limits(double force) const;
 };
 
@@ -100,9 +103,11 @@ struct ContactQpWorkspace {
 /// thesis (5.22) and (5.24).
 ///
 /// The equation that eliminates q⁺ and λ is  (J_u K⁻¹ J_uᵀ + C) λ = C λ_est − J_u (q_cmd − q) ,  C = contact_compliance · diag(J_u K⁻¹ J_uᵀ) ,          (C.4)
-/// and leaves the program (C.10) in the change of the command. For C → 0 this is (5.8). One contact and a joint reference have a closed form.
+/// and leaves the program (C.10) in the change of the command. For C → 0 this is (5.8). One contact and a joint reference have a closed
+/// form.
 ///
-/// @returns Solved | MaxIterations: the command is within rate, torque and joint limits, and `slack` has the excess of the forces | NumericalFailure
+/// @returns Solved | MaxIterations: the command is within rate, torque and joint limits, and `slack` has the excess of the forces |
+/// NumericalFailure
 /// @throws  core::InvalidInput: sizes, numbers that are not finite, λ_max not positive, w negative, more than kMaxContacts
 /// No heap use as long as n and m do not exceed the reserved sizes. Tests: tests/control/contact_qp_test.cpp
 [[nodiscard]] core::Status solve_contact_qp(const RobotLimits& robot, const ContactQpInput& in, const ContactQpOptions& options,

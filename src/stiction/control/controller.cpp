@@ -172,7 +172,8 @@ struct ContactController::Impl {
     return k.contact.force_W.norm() - *k.at_rest;
   }
 
-  /// Fills the rows (5.4) of the contacts that count: contacts above the threshold, and contacts that counted in the last tick, as long as their bound
+  /// Fills the rows (5.4) of the contacts that count: contacts above the threshold, and contacts that counted in the last tick, as long as
+  /// their bound
   /// still limits the motion.     (C.15)
   void take_contacts(const ControllerState& state, double dt) {
     command.taken.clear();
@@ -228,8 +229,8 @@ struct ContactController::Impl {
     e.tail<3>() = turn.angle() * turn.axis();
   }
 
-  /// Sets the wanted posture: the joint reference. If a tool is tracked, the posture approaches the reference with its time constant, so a deviation caused
-  /// by contacts is not corrected in one tick.
+  /// Sets the wanted posture: the joint reference. If a tool is tracked, the posture approaches the reference with its time constant, so a
+  /// deviation caused by contacts is not corrected in one tick.
   void calc_wanted(const ControllerState& state, double dt) {
     wanted = state.q_ref;
     if (state.tool != nullptr) wanted = command.q_cmd + dt / (options.posture_time_constant + dt) * (wanted - command.q_cmd);
@@ -254,7 +255,8 @@ struct ContactController::Impl {
     return status;
   }
 
-  /// Computes q_track, the best tracking command without contacts. @param rate  weight of ‖q_cmd − q_cmd⁻‖²; H then holds the factor of the cost
+  /// Computes q_track, the best tracking command without contacts. @param rate  weight of ‖q_cmd − q_cmd⁻‖²; H then holds the factor of the
+  /// cost
   Status solve_tracking(const ControllerState& state, double rate = 0) {
     const Index n = model->n_a();
     if (state.tool == nullptr && rate == 0) {

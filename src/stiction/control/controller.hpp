@@ -20,8 +20,8 @@ enum class Law {
   /// q_cmd = q + (I − J^{K+} J_u)(q_ref − q) − K⁻¹ J_uᵀ λ_max. Once the reference leaves the contact,
   /// (5.30) with its sign corrected, this law only tracks.
   NullSpace,
-  /// Baseline: the early published form. The force of the strongest contact is an equality as soon as it exceeds the threshold, (C.19), even if the
-  /// reference leaves the contact.
+  /// Baseline: the early published form. The force of the strongest contact is an equality as soon as it exceeds the threshold, (C.19),
+  /// even if the reference leaves the contact.
   ForceEquality,
 };
 
@@ -32,9 +32,9 @@ struct ControllerOptions {
   double lambda_max = 15;             ///< force bound of every contact without a bound of its own [N], > 0
   double force_threshold = 5;         ///< contacts with less force are ignored [N], ≥ 0 and below the bound
   double force_time_constant = 0.05;  ///< of the low-pass on contact forces [s], ≥ 0; the filter starts at the first measurement
-  /// Time in which the bound of a lost contact grows by λ_max [s], > 0, (C.15). A contact that is lost or weaker than the threshold stays bounded where
-  /// it was last seen, as if it were the only contact, until the reference asks for no more than its bound. If the controller forgot the contact at
-  /// once, the arm would push into it.
+  /// Time in which the bound of a lost contact grows by λ_max [s], > 0, (C.15). A contact that is lost or weaker than the threshold stays
+  /// bounded where it was last seen, as if it were the only contact, until the reference asks for no more than its bound. If the controller
+  /// forgot the contact at once, the arm would push into it.
   double release_time = 0.5;
   int max_contacts = 8;                ///< 0 to kMaxContacts; if there are more contacts, those with the largest forces are used
   double revolute_speed = 1.5;         ///< largest speed of commands of revolute joints [rad/s], > 0
@@ -45,7 +45,8 @@ struct ControllerOptions {
   void validate() const;               ///< @throws core::InvalidInput naming the field
 };
 
-/// Options of Law::ForceEquality as published: one contact, which counts above two thirds of the bound (10 of 15 N), with a 0.5 Hz low-pass on its force.
+/// Options of Law::ForceEquality as published: one contact, which counts above two thirds of the bound (10 of 15 N), with a 0.5 Hz low-pass
+/// on its force.
 ControllerOptions make_early_form(ControllerOptions options);
 
 /// A force on the robot, measured or estimated.
@@ -55,8 +56,8 @@ struct ContactForce {
   Eigen::Vector3d p_WC = Eigen::Vector3d::Zero();     ///< [m]
   Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< force on the robot [N]
   std::optional<double> lambda_max{};                 ///< force bound of this contact [N], > 0
-  /// True if this contact belongs to one of several explanations of the same torques, of which only one is true. The controller then bounds its force as if
-  /// the other explanations did not exist.
+  /// True if this contact belongs to one of several explanations of the same torques, of which only one is true. The controller then bounds
+  /// its force as if the other explanations did not exist.
   bool alternative = false;
   int set = 0;  ///< number of the explanation, ≥ 0: contacts of one explanation act together
 };
@@ -74,8 +75,8 @@ struct ControllerState {
   VectorRef q_ref;  ///< reference of the next tick (n_a); with a tool: the preferred posture
   std::span<const ContactForce> contacts;
   const ToolReference* tool = nullptr;  ///< null: the controller tracks q_ref
-  /// Share of the joint speeds of the options at which commands may change, in (0, 1]. The rate limit has priority over force bounds, so during a slow
-  /// motion a false contact or a jump of a bound cannot make the command jump.
+  /// Share of the joint speeds of the options at which commands may change, in (0, 1]. The rate limit has priority over force bounds, so
+  /// during a slow motion a false contact or a jump of a bound cannot make the command jump.
   double speed_share = 1;
 };
 
@@ -92,8 +93,8 @@ struct ControllerCommand {
   ContactQpResult qp;  ///< predicted forces and slacks; Law::ContactAware only
 };
 
-/// The contact controller, with the life cycle of ros2_control: configure() once, then update() in each tick, real-time safe after the first tick.
-/// Belongs to one thread.
+/// The contact controller, with the life cycle of ros2_control: configure() once, then update() in each tick, real-time safe after the
+/// first tick. Belongs to one thread.
 ///
 /// Example: tests/control/controller_example.cpp. Tests: tests/control/controller_test.cpp
 class ContactController {

@@ -2,8 +2,9 @@
 
 namespace stiction::control {
 
-/// Options of ForceDamping, which slows the command down when measured forces differ from the prediction. None of these values is published. w and α are
-/// stated for ticks of `period`; for other ticks they are converted so that the command slows down as much per second.
+/// Options of ForceDamping, which slows the command down when measured forces differ from the prediction. None of these values is
+/// published. w and α are stated for ticks of `period`; for other ticks they are converted so that the command slows down as much per
+/// second.
 struct ForceDampingOptions {
   double largest = 5.0;      ///< w_max of (5.29) [-], ≥ 0
   double force_scale = 5.0;  ///< a of (5.28) [N], > 0: an error of a gives (1 − 1/e) w_max
@@ -13,7 +14,8 @@ struct ForceDampingOptions {
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
-/// Computes the damping w of (5.24):  e = 1 − exp(−‖λ_pred − λ_est‖_∞ / a)  (5.28, printed without the sign of the exponent),  ē ← α e + (1 − α) ē ,  w = w_max ē ,
+/// Computes the damping w of (5.24):  e = 1 − exp(−‖λ_pred − λ_est‖_∞ / a)  (5.28, printed without the sign of the exponent),  ē ← α e + (1
+/// − α) ē ,  w = w_max ē ,
 /// for ticks of h instead of the `period` T:  α → 1 − (1 − α)^(h/T) ,  w_max → w_max T/h .                                                        (C.6)
 class ForceDamping {
  public:

@@ -5,7 +5,8 @@
 
 namespace stiction::sensing {
 
-/// Offset left by a touch: for a while each torque at rest is off by a share of its torque in the touch, because joints stick elsewhere and the arm rings.
+/// Offset left by a touch: for a while each torque at rest is off by a share of its torque in the touch, because joints stick elsewhere and
+/// the arm rings.
 struct Hysteresis {
   double share = 0;    ///< h: the standard deviation right after a touch is h times the largest torque of the joint in it
   double freedom = 0;  ///< degrees of freedom of h²; 0: no touch was observed
@@ -20,12 +21,13 @@ struct AfterTouch {
   Eigen::MatrixXd sizes;   ///< largest |τ − rest| of each joint in each touch (n × touches), rest: the mean of the settled rows
 };
 
-/// Sorts the rows of a record. @param tau (n × rows)  @param times  of all rows [s]  @param at_rest, touched  rows of one record  @returns sizes are 0 if no row is settled
+/// Sorts the rows of a record. @param tau (n × rows)  @param times  of all rows [s]  @param at_rest, touched  rows of one record  @returns
+/// sizes are 0 if no row is settled
 AfterTouch find_after_touch(const Eigen::MatrixXd& tau, const std::vector<double>& times, const std::vector<int>& at_rest,
                             const std::vector<int>& touched, double settle);
 
-/// Estimates h from the offsets d of the unsettled rows of all records, corrected for noise: h² = (Σ (d² − σ²))₊/Σ T², where d² is the mean over the rows after
-/// a touch and T the largest torques in the touch.
+/// Estimates h from the offsets d of the unsettled rows of all records, corrected for noise: h² = (Σ (d² − σ²))₊/Σ T², where d² is the mean
+/// over the rows after a touch and T the largest torques in the touch.
 /// @param variance  σ², the noise variance of one row (n)
 Hysteresis fit_hysteresis(const Eigen::MatrixXd& tau, const std::vector<AfterTouch>& records, const Eigen::VectorXd& variance,
                           double settle);

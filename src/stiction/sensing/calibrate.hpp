@@ -15,7 +15,8 @@ struct RestRows {
   Eigen::MatrixXd tau;          ///< (n_a × rows) as measured [N·m; N]
   std::vector<double> times{};  ///< [s] (rows); empty: unknown, and no drift is found
   std::vector<int> records{};   ///< record number of each row; empty: all rows are one record
-  /// Rows in which something touches the robot; empty: none. They are not used as rest; Hysteresis is learned from them. They require `times`.
+  /// Rows in which something touches the robot; empty: none. They are not used as rest; Hysteresis is learned from them. They require
+  /// `times`.
   std::vector<bool> touched{};
   std::vector<int> measured{};  ///< joints with a torque sensor; empty: all. The other joints get noise 1 and rest 0
 };
@@ -55,16 +56,18 @@ struct Calibration {
 
   /// `rest` plus the torques of the payload at a posture. @param q (n_q)
   Eigen::VectorXd calc_rest(const world::Model& model, VectorRef q) const;
-  /// Noise of a torque minus the mean of rows at rest, after a touch: `within` plus h² T² of Hysteresis. Both terms have few degrees of freedom; those of the sum
-  /// follow Welch & Satterthwaite (1947). @param touch  T, largest torque of each joint in the touch (n_a) [N·m; N]; 0: none  @param seconds  time since the touch, ≥ 0
+  /// Noise of a torque minus the mean of rows at rest, after a touch: `within` plus h² T² of Hysteresis. Both terms have few degrees of
+  /// freedom; those of the sum follow Welch & Satterthwaite (1947). @param touch  T, largest torque of each joint in the touch (n_a) [N·m;
+  /// N]; 0: none  @param seconds  time since the touch, ≥ 0
   /// @param rest_rows  number of rows averaged to the rest, ≥ 1
   TorqueNoise calc_noise(VectorRef touch, double seconds, int rest_rows) const;
 };
 
-/// Estimates offset, noise, drift and payload from rows at rest. The covariance is that of the rows about the mean of their record. Its correlations are shrunk towards 0 by the
-/// share that their own errors explain (Schäfer & Strimmer 2005), and it is enlarged by ν/(ν − 2), the variance of Student's distribution with ν = rows − records.
-/// Rows less than `settle` after a touch are not rest either; they determine the Hysteresis.
-/// A payload with the four parameters m, m c is fitted to the offsets in three or more postures. It is reported if m is more than three deviations from 0.
+/// Estimates offset, noise, drift and payload from rows at rest. The covariance is that of the rows about the mean of their record. Its
+/// correlations are shrunk towards 0 by the share that their own errors explain (Schäfer & Strimmer 2005), and it is enlarged by ν/(ν − 2),
+/// the variance of Student's distribution with ν = rows − records. Rows less than `settle` after a touch are not rest either; they
+/// determine the Hysteresis. A payload with the four parameters m, m c is fitted to the offsets in three or more postures. It is reported
+/// if m is more than three deviations from 0.
 /// @throws core::InvalidInput: sizes, not finite, no record with two rows, a torque that is the same in all rows, rows of which many are touched, touched rows without
 /// times
 /// Tests: tests/sensing/calibrate_test.cpp

@@ -8,8 +8,9 @@
 
 namespace stiction::sensing {
 
-/// Evidence of the torques for a contact with an unknown force in a friction cone. The prior of the force is a normal distribution with standard deviation F in
-/// every direction, cut to the cone; if several F are given, they are equally likely. The evidence relative to no contact is the mean over F of
+/// Evidence of the torques for a contact with an unknown force in a friction cone. The prior of the force is a normal distribution with
+/// standard deviation F in every direction, cut to the cone; if several F are given, they are equally likely. The evidence relative to no
+/// contact is the mean over F of
 ///     B = ∫_K exp(bᵀf − ½ fᵀH f) df / ∫_K exp(−½ ‖f‖²/F²) df ,   H = A/σ² + 1/F² ,  b = a/σ²                          (Y.15)
 /// with A and a of (Y.2). With H = L Lᵀ, y = Lᵀf and e = L⁻¹b/T, T = ‖L⁻¹b‖, the integrand depends on the direction w of y through t = T e·w alone. Its integral along
 /// a ray is R(t) = d/dt S(t), S(t) = 1 + t √(2π) Φ(t) exp(t²/2), so that the integral over the cone of directions is one over its edges (Stokes):

@@ -8,7 +8,8 @@
 
 namespace stiction::sensing {
 
-/// Measurement of a force and moment sensor under the base of a robot: the sum of all contact forces, and of their moments about W's origin.
+/// Measurement of a force and moment sensor under the base of a robot: the sum of all contact forces, and of their moments about W's
+/// origin.
 struct BaseWrench {
   Eigen::Vector3d force_W = Eigen::Vector3d::Zero();   ///< [N]
   Eigen::Vector3d moment_W = Eigen::Vector3d::Zero();  ///< [N·m]
@@ -17,8 +18,8 @@ struct BaseWrench {
   void validate() const;                               ///< @throws core::InvalidInput naming the field
 };
 
-/// The measurements as rows τ = J_wᵀ (p × f) + J_vᵀ f (Y.1) of a force on each link: joint torques, then the wrench at the base (Y.9a), whose rows are
-/// scaled so that all have the noise of a torque.
+/// The measurements as rows τ = J_wᵀ (p × f) + J_vᵀ f (Y.1) of a force on each link: joint torques, then the wrench at the base (Y.9a),
+/// whose rows are scaled so that all have the noise of a torque.
 struct ContactRows {
   std::vector<Eigen::Matrix3Xd> J_w, J_v;  ///< of each link (3 × rows)
   Eigen::VectorXd tau;                     ///< (rows)

@@ -10,8 +10,8 @@
 
 namespace stiction::sensing {
 
-/// Options of discriminate(), which seeks a small joint motion that pulls away from some of the contact candidates and pushes into the others, so that the
-/// change of the torques refutes one of the two groups. Lengths are motions of a point along its normal.
+/// Options of discriminate(), which seeks a small joint motion that pulls away from some of the contact candidates and pushes into the
+/// others, so that the change of the torques refutes one of the two groups. Lengths are motions of a point along its normal.
 struct DiscriminationOptions {
   double joint_step = 0.05;        ///< δ_q^max (4.13e) [rad or m], > 0
   std::optional<double> travel{};  ///< largest motion at a contact [m], > 0; nullopt: a tenth of joint_step times the longest reach
@@ -26,7 +26,8 @@ struct LinearRows {
   Eigen::VectorXd lower, upper;
 };
 
-/// A point that satisfies the rows, or Farkas weights y that prove there is none: Cᵀy = 0 and  Σ_{y>0} y_i lower_i + Σ_{y<0} y_i upper_i > 0, though every point of the rows would make it ≤ yᵀC x = 0.
+/// A point that satisfies the rows, or Farkas weights y that prove there is none: Cᵀy = 0 and  Σ_{y>0} y_i lower_i + Σ_{y<0} y_i upper_i >
+/// 0, although the sum would be ≤ yᵀC x = 0 for every point that satisfies the rows.
 /// Found as the minimum of half the sum of squared violations, a convex piecewise quadratic function, by Newton's method; at a minimum > 0
 /// the violations themselves are such weights.  (Y.7)
 struct Feasibility {

@@ -5,8 +5,8 @@
 
 namespace stiction::sensing {
 
-/// Friction cone: the forces that the environment may exert at a contact, in its frame C = (k, t₁, t₂) with k the inward normal of the robot's surface:
-/// f = (f_k, f_t) with ‖f_t‖ ≤ μ f_k, or the polyhedral cone of n_d unit rays inside it (4.2)
+/// Friction cone: the forces that the environment may exert at a contact, in its frame C = (k, t₁, t₂) with k the inward normal of the
+/// robot's surface: f = (f_k, f_t) with ‖f_t‖ ≤ μ f_k, or the polyhedral cone of n_d unit rays inside it (4.2)
 ///     v_i = (1, μ cos θ_i, μ sin θ_i) / √(1 + μ²) ,   θ_i = 2π i / n_d .
 class FrictionCone {
  public:

@@ -25,8 +25,8 @@ struct KnownCases {
 /// Computes the torques (n_a) and the base wrench of known contacts at q.
 void calc_known_rows(const Sensor& sensor, VectorRef q, std::span<const ContactPoint> contacts, Eigen::VectorXd& tau, BaseWrench& base);
 
-/// Makes a random case: a force of `force` [N] with a direction uniform in the cone, at a point uniform by area on one of the links (indices into Sensor::links()),
-/// at joint positions uniform in 90 % of their limits (or of a full turn without limits).
+/// Makes a random case: a force of `force` [N] with a direction uniform in the cone, at a point uniform by area on one of the links
+/// (indices into Sensor::links()), at joint positions uniform in 90 % of their limits (or of a full turn without limits).
 KnownCase make_random_case(const Sensor& sensor, std::span<const int> links, const FrictionCone& cone, double force, core::Random& random);
 
 /// Makes `count` such forces on different links. @throws core::InvalidInput: fewer links

@@ -29,15 +29,17 @@ struct ObserverSettings {
   const JointFriction* friction = nullptr;  ///< nullptr: no friction
 };
 
-/// Computes external torques without accelerations, by the momentum observer (De Luca & Mattone 2003): with p = M q̇ and ṗ = τ + C(q, q̇)ᵀ q̇ − g − τ_f + τ_ext,
+/// Computes external torques without accelerations, by the momentum observer (De Luca & Mattone 2003): with p = M q̇ and ṗ = τ + C(q, q̇)ᵀ
+/// q̇ − g − τ_f + τ_ext,
 ///     r = K (p(t) − p(0) − ∫ (τ + Cᵀq̇ − g − τ_f + r) dt) ,   ṙ = K (τ_ext − r) .                                        (Y.18)
-/// M contains only the links, as stated in the robot's file, without rotors. Cᵀq̇ = ∂/∂q ½ q̇ᵀM q̇ comes from central differences. r starts at 0.
+/// M contains only the links, as stated in the robot's file, without rotors. Cᵀq̇ = ∂/∂q ½ q̇ᵀM q̇ comes from central differences. r starts
+/// at 0.
 /// @returns r (n_a × moments) [N·m; N]  @throws core::InvalidInput: sizes, not finite, times that do not increase, links without mass, settings
 /// Tests: tests/sensing/observer_test.cpp
 Eigen::MatrixXd observe(const world::Model& model, const MotionRecord& record, const ObserverSettings& settings = {});
 
-/// Identifies friction from motion without contact: fits r of an observer without friction by least squares to the low-passed tanh(q̇/v₀), q̇ and 1. Friction is
-/// not negative.
+/// Identifies friction from motion without contact: fits r of an observer without friction by least squares to the low-passed tanh(q̇/v₀),
+/// q̇ and 1. Friction is not negative.
 /// @throws core::InvalidInput: as observe(); a joint that does not move in both directions, named
 JointFriction identify_friction(const world::Model& model, const MotionRecord& record, double time_constant = 0.02,
                                 double stiction_speed = 0.01);

@@ -24,9 +24,9 @@ struct Residual {
 
 /// The residual (4.5) of a contact point
 ///     l(p) = min_{f ∈ K} ‖J_Cᵀ f − τ‖² + ρ ‖f‖² = τᵀτ + min_{f ∈ K} (fᵀ A f − 2 aᵀ f) ,   A = J_C J_Cᵀ + ρ 1 ,  a = J_C τ        (Y.2)
-/// in closed form. For a polyhedral cone: each face (apex, edges, facets, interior) has a minimiser on its span; the result is the least value among the
-/// minimisers that lie in their face. If A is singular on the span of a face, the face is left out: a cone with an apex contains no line, so the same
-/// value is attained on the boundary of the face. For the Lorentz cone see minimize_lorentz.
+/// in closed form. For a polyhedral cone: each face (apex, edges, facets, interior) has a minimiser on its span; the result is the least
+/// value among the minimisers that lie in their face. If A is singular on the span of a face, the face is left out: a cone with an apex
+/// contains no line, so the same value is attained on the boundary of the face. For the Lorentz cone see minimize_lorentz.
 ///
 /// @param link  LinkTorque of the touched link at q and τ   @param p_L  contact point   @param R_LC  make_contact_frame of its normal
 /// The force is not unique if rank J_C < 3 and ρ = 0; one of the minimisers is then returned.

@@ -5,7 +5,8 @@
 
 namespace stiction::sensing {
 
-/// Makes the LinkTorque of each link, in the order of Sensor::links(). Uses the heap, so it is for single evaluations, not for control loops.
+/// Makes the LinkTorque of each link, in the order of Sensor::links(). Uses the heap, so it is for single evaluations, not for control
+/// loops.
 /// @param whitened  replaces `tau` by whitened torques (Y.17); nullptr: joint torques
 /// @throws core::InvalidInput: q or tau of the wrong size or not finite
 std::vector<LinkTorque> make_link_torques(const Sensor& sensor, VectorRef q, VectorRef tau, const WhitenedTorques* whitened = nullptr);

@@ -62,13 +62,13 @@ struct Scenario {
   const BaseWrench* base_at(std::size_t moment) const;
 };
 
-/// Sets the rest of the torques from moments of the series in which nothing touches the robot, and their noise as well if `noise` is true. Uses calibrate() and
-/// adds its notes to those of the series. @throws core::InvalidInput: as calibrate()
+/// Sets the rest of the torques from moments of the series in which nothing touches the robot, and their noise as well if `noise` is true.
+/// Uses calibrate() and adds its notes to those of the series. @throws core::InvalidInput: as calibrate()
 void set_rest(Scenario& scenario, std::span<const Eigen::Index> moments, bool noise);
 
-/// Reads a CSV or NPZ file: a CSV file whose first line names its columns (find_columns() says by which names), or a CSV file without names whose lines have a time, n_a joint positions and
-/// n_a torques in the order of u; or an NPZ file of t (moments), q and tau (moments × n_a), which may name its columns in an array `joints`.
-/// A step of more than five usual ones (their median) is a gap.
+/// Reads a CSV or NPZ file: a CSV file whose first line names its columns (find_columns() says by which names), or a CSV file without names
+/// whose lines have a time, n_a joint positions and n_a torques in the order of u; or an NPZ file of t (moments), q and tau (moments ×
+/// n_a), which may name its columns in an array `joints`. A step of more than five usual ones (their median) is a gap.
 /// In a table with names, a line with a NaN or an empty field in a used column is skipped; a note states the number of skipped lines.
 /// @param unmeasured  joints that are not in the file: they rest at the allowed position nearest to 0, and their torque of 0 is not used
 /// @throws core::InvalidInput "FILE:LINE: …": empty, no column for a joint or several, a wrong number of values, not a number, a time that does not increase,

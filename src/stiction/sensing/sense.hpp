@@ -22,36 +22,39 @@ struct SenseOptions {
   double noise = 0.1;  ///< standard deviation of each torque [N·m], > 0; `torques` may give each joint its own
   std::optional<double>
       threshold{};  ///< smallest max |τ_j| for which contacts are sought [N·m], > 0; nullopt: TorqueModel::deviations times the noise of joint j
-  /// Largest l of an accepted sample [(N·m)²]; nullopt: accept_share ‖τ‖², or calc_noise_bound() if that is larger. This is δ of RSGD (4.10)
-  /// and ε of rejection sampling (4.9), in the units of (4.5): twice those of the thesis's figures.
+  /// Largest l of an accepted sample [(N·m)²]; nullopt: accept_share ‖τ‖², or calc_noise_bound() if that is larger. This is δ of RSGD
+  /// (4.10) and ε of rejection sampling (4.9), in the units of (4.5): twice those of the thesis's figures.
   std::optional<double> accept{};
   double accept_share = 0.05;     ///< [-]
   double tolerance = 0.01;        ///< share of ‖τ‖ that an explanation may leave unexplained without noise [-]
   Method method = GaussNewton{};  ///< SteepestDescent: RSGD as published
   double merge = 3;               ///< points nearer than this many sample spacings form one candidate
   double thin = 2;                ///< Gauss–Newton skips starts within this many sample spacings of an earlier start or end, ≥ 0
-  /// Largest number of descents from samples in a call, best samples first, in addition to the descents from the last cycle; ≥ 1. nullopt: all accepted samples.
+  /// Largest number of descents from samples in a call, best samples first, in addition to the descents from the last cycle; ≥ 1. nullopt:
+  /// all accepted samples.
   std::optional<int> max_descents{};
   /// F of the ranking [N], > 0: candidates that explain are ordered by l + (noise/F)² ‖f‖² (Y.14); nullopt: calc_plausible_force() of the arm.
   std::optional<double> plausible_force{};
-  /// Share by which the true μ may exceed the μ of the cone, in [0, 1). If no candidate explains the torques, the search uses μ/(1 − friction_error).
+  /// Share by which the true μ may exceed the μ of the cone, in [0, 1). If no candidate explains the torques, the search uses μ/(1 −
+  /// friction_error).
   double friction_error = 0;
-  /// Rest, sign and noise of each joint, and joints without a sensor. If joints differ in noise, residuals and all derived quantities refer to the whitened
-  /// torques (Y.17), which all have the same noise.
+  /// Rest, sign and noise of each joint, and joints without a sensor. If joints differ in noise, residuals and all derived quantities refer
+  /// to the whitened torques (Y.17), which all have the same noise.
   TorqueModel torques{};
-  /// Whether to compute probabilities. They then order the candidates that explain the torques, first by link, then by place. Forces have the standard
-  /// deviation `plausible_force`. Without it, three deviations are averaged: 4 N, the force that the weakest joint holds at its full reach (at least
-  /// 30 N), and their geometric mean.
+  /// Whether to compute probabilities. They then order the candidates that explain the torques, first by link, then by place. Forces have
+  /// the standard deviation `plausible_force`. Without it, three deviations are averaged: 4 N, the force that the weakest joint holds at
+  /// its full reach (at least 30 N), and their geometric mean.
   bool posterior = false;
   double touch_prior = 0.5;  ///< p of Posterior, in (0, 1)
   void validate() const;     ///< @throws core::InvalidInput naming the field
 };
 
-/// Upper bound on ‖ε‖² for torque noise ε with n independent normal components: mean plus three standard deviations of a χ² distribution, whose mean is n
-/// and whose variance is 2n [noise²].
+/// Upper bound on ‖ε‖² for torque noise ε with n independent normal components: mean plus three standard deviations of a χ² distribution,
+/// whose mean is n and whose variance is 2n [noise²].
 double calc_noise_bound(double noise, Eigen::Index n);
 
-/// F, the prior standard deviation of forces: the force that the weakest joint holds at its full reach, min τ_max/reach [N]; nullopt if no effort is stated.
+/// F, the prior standard deviation of forces: the force that the weakest joint holds at its full reach, min τ_max/reach [N]; nullopt if no
+/// effort is stated.
 std::optional<double> calc_plausible_force(const world::Model& model);
 
 /// ρ = σ²/F² of (Y.2) [m²]. @param force  F [N]; nullopt: calc_plausible_force(); if no effort is stated, the force that causes the torques
@@ -84,7 +87,8 @@ struct SenseInput {
   VectorRef q;                                      ///< (n_q)
   VectorRef tau;                                    ///< (n_a) external torques, in the order of u [N·m; N]
   const std::vector<ContactPoint>* last = nullptr;  ///< best points of the last cycle, which are further starts of descents
-  /// Wrench of a sensor under the base at the same time; it adds six rows to every residual (Y.9a). Not together with probabilities; nullptr: none.
+  /// Wrench of a sensor under the base at the same time; it adds six rows to every residual (Y.9a). Not together with probabilities;
+  /// nullptr: none.
   const BaseWrench* base = nullptr;
 };
 
@@ -116,15 +120,16 @@ class SenseWorkspace {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Finds every single contact on the sensed links that explains the torques: samples (4.9) or (4.10), descents (4.11), clusters. No heap use once
-/// workspace and result have held as many points.
+/// Finds every single contact on the sensed links that explains the torques: samples (4.9) or (4.10), descents (4.11), clusters. No heap
+/// use once workspace and result have held as many points.
 /// @throws core::InvalidInput: q or tau of the wrong size or not finite, options, points of the last cycle that are not on this sensor,
 /// a wrench at the base together with probabilities
 void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, SenseWorkspace& work, SenseResult& out);
 
-/// Evaluates several moments of one touch: the same place on the same link, with another force at each moment. The candidates are those of the moment whose
-/// torques are largest relative to their noise. Probabilities follow from the product of the evidence of all m moments to the power 1/(1 + (m − 1) ρ). This
-/// power is the share of independent information if errors correlate by ρ, for example because of one error of the rest. Probabilities are always computed.
+/// Evaluates several moments of one touch: the same place on the same link, with another force at each moment. The candidates are those of
+/// the moment whose torques are largest relative to their noise. Probabilities follow from the product of the evidence of all m moments to
+/// the power 1/(1 + (m − 1) ρ). This power is the share of independent information if errors correlate by ρ, for example because of one
+/// error of the rest. Probabilities are always computed.
 /// @param q (n_q × m)  @param tau (n_a × m)  @param correlation  ρ, in [0, 1]  @throws core::InvalidInput: as sense(), no moment
 void sense_touch(const Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau, double correlation,
                  const SenseOptions& options, SenseWorkspace& work, SenseResult& out);

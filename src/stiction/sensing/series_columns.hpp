@@ -18,10 +18,10 @@ struct SeriesColumns {
 /// Columns of a table without names: time, joint positions, torques, in the order of u. @param unmeasured  joints without columns
 SeriesColumns make_ordered_columns(int n_a, const std::vector<int>& unmeasured = {});
 
-/// Finds the columns of a table by their names, in any order. With NAME the name of a joint, as in its file or as robot/joint, the position is in a column
-/// q_NAME, position_NAME or NAME/position and the like, after any path (/joint_states/NAME/position); the external torque is in tau_NAME, tau_ext_NAME,
-/// NAME/effort and the like. q and tau may also be numbered in the order of u, from 0 or from 1, also by the names of libfranka (tau_ext_hat_filtered) and of RTDE
-/// (actual_q). Every other column is left out.
+/// Finds the columns of a table by their names, in any order. With NAME the name of a joint, as in its file or as robot/joint, the position
+/// is in a column q_NAME, position_NAME or NAME/position and the like, after any path (/joint_states/NAME/position); the external torque is
+/// in tau_NAME, tau_ext_NAME, NAME/effort and the like. q and tau may also be numbered in the order of u, from 0 or from 1, also by the
+/// names of libfranka (tau_ext_hat_filtered) and of RTDE (actual_q). Every other column is left out.
 /// @param unmeasured  joints without columns  @param where  prefix of error messages, as in "FILE:LINE: series"
 /// @throws core::InvalidInput: there is no column, or there are several, for the time or for a joint
 /// Tests: tests/sensing/series_test.cpp

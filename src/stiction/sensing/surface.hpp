@@ -53,9 +53,9 @@ enum class HiddenLinks {
   LeaveOut,  ///< with a note; if all links are hidden, an exception is thrown
 };
 
-/// Makes the surfaces of robot links: the triangles of their geometry without hidden ones, which nothing can touch. A triangle is hidden if, in every
-/// posture, every ray from its centre and near its corners into the open half space meets the robot. A triangle that is visible only from its back
-/// winds inwards and is turned around.
+/// Makes the surfaces of robot links: the triangles of their geometry without hidden ones, which nothing can touch. A triangle is hidden
+/// if, in every posture, every ray from its centre and near its corners into the open half space meets the robot. A triangle that is
+/// visible only from its back winds inwards and is turned around.
 /// @param bodies  links of robots  @throws core::InvalidInput: a link without visible triangles, a body that is no link of a robot
 Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, const SurfaceOptions& options,
                        HiddenLinks hidden = HiddenLinks::Refuse);
@@ -68,10 +68,10 @@ struct SurfacePoint {
 enum class Sampling {
   Uniform,     ///< independent points, uniform by area
   Stratified,  ///< one random point in each of `count` parts of equal area, in the order of the tree, so that neighbours lie apart
-  BlueNoise    ///< five times as many random points, thinned to those that lie farthest apart
+  BlueNoise    ///< five times as many stratified points, thinned to those that lie farthest apart
 };
 
-/// Samples points on a surface. Equal seeds give equal points; each link needs its own seed.
+/// Samples points on a surface. Equal seeds give equal points; each link has its own stream of random numbers.
 std::vector<SurfacePoint> sample_surface(const Surface& surface, int count, Sampling sampling, std::uint64_t seed);
 
 }  // namespace stiction::sensing

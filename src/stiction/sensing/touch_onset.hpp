@@ -11,9 +11,11 @@ namespace stiction::sensing {
 struct OnsetOptions {
   Eigen::MatrixXd noise;    ///< covariance of one row of torques about its slow offset (n × n) [(N·m)²]
   Eigen::VectorXd drift{};  ///< rate of the random walk of that offset (n) [N·m/√s]; empty: none
-  /// Dry friction of the joints (n) [N·m; N], ≥ 0; empty: none. While a joint sticks or reverses, the torque contains an unknown part of it.
+  /// Dry friction of the joints (n) [N·m; N], ≥ 0; empty: none. While a joint sticks or reverses, the torque contains an unknown part of
+  /// it.
   Eigen::VectorXd friction{};
-  /// Share of the largest torque in a touch by which the offset of each joint differs for `settle` seconds after the touch (Hysteresis), ≥ 0.
+  /// Share of the largest torque in a touch by which the offset of each joint differs for `settle` seconds after the touch (Hysteresis), ≥
+  /// 0.
   double hysteresis = 0;
   double settle = 1;  ///< [s], > 0
   double false_alarms =
@@ -24,24 +26,26 @@ struct OnsetOptions {
   void validate(Eigen::Index n) const;  ///< @throws core::InvalidInput naming the field
 };
 
-/// Threshold h of a change test: with z of n independent normal numbers of variance 1, s ← (1 − κ/‖s + z‖)₊ (s + z) starts at 0 and passes ‖s‖ > h after 1/rate rows
-/// in the mean (Crosier 1988). From a Markov chain of ‖s‖. @param allowance  κ, > 0  @param rate  in (0, 0.1)
+/// Threshold h of a change test: with z of n independent normal numbers of variance 1, s ← (1 − κ/‖s + z‖)₊ (s + z) starts at 0 and passes
+/// ‖s‖ > h after 1/rate rows in the mean (Crosier 1988). From a Markov chain of ‖s‖. @param allowance  κ, > 0  @param rate  in (0, 0.1)
 double calc_onset_bound(Eigen::Index n, double allowance, double rate);
 
-/// Detects when a touch begins, and averages its torques from then on into one measurement. While nothing touches the robot, a Kalman filter follows the slow
-/// offset of the torques; the change test of calc_onset_bound() sums its whitened innovations. The touch began at the row, among the last 100, since which the
-/// innovations are least likely without a touch (the largest ‖Σ z‖²/m over m rows). From there on the offset is held and the mean of the torques becomes more
-/// precise. If the joints stand still, it is the torque of the mean force, which is in the friction cone as well. Belongs to one thread.
+/// Detects when a touch begins, and averages its torques from then on into one measurement. While nothing touches the robot, a Kalman
+/// filter follows the slow offset of the torques; the change test of calc_onset_bound() sums its whitened innovations. The touch began at
+/// the row, among the last 100, since which the innovations are least likely without a touch (the largest ‖Σ z‖²/m over m rows). From there
+/// on the offset is held and the mean of the torques becomes more precise. If the joints stand still, it is the torque of the mean force,
+/// which is in the friction cone as well. Belongs to one thread.
 /// Tests: tests/sensing/touch_onset_test.cpp
 class TouchOnset {
  public:
   /// @param rest  torques without contact (n)  @throws core::InvalidInput: options, sizes, not finite
   TouchOnset(const Eigen::VectorXd& rest, OnsetOptions options);
 
-  /// Processes a row of torques. @param dt  time since the last row [s], > 0  @returns whether something touches the robot  @throws core::InvalidInput: sizes, not finite
+  /// Processes a row of torques. @param dt  time since the last row [s], > 0  @returns whether something touches the robot  @throws
+  /// core::InvalidInput: sizes, not finite
   bool update(VectorRef tau, double dt) { return update(tau, dt, Eigen::VectorXd::Zero(tau.size())); }
-  /// The same for joints with friction. @param sign  tanh(q̇/v₀), the sign of friction (n). Friction becomes uncertain within ± its size: as far as the sign has
-  /// changed, and within half a second while a joint sticks.
+  /// The same for joints with friction. @param sign  tanh(q̇/v₀), the sign of friction (n). Friction becomes uncertain within ± its size:
+  /// as far as the sign has changed, and within half a second while a joint sticks.
   bool update(VectorRef tau, double dt, VectorRef sign);
 
   bool touches() const { return alarm_; }

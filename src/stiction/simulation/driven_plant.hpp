@@ -42,8 +42,8 @@ class DrivenPlant {
   const Eigen::VectorXd& torque() const;    ///< joint torques of the controller (n_a) [N m or N]
   const Eigen::VectorXd& external() const;  ///< Σ J_cᵀ f_c of contacts, joint stops, dry friction of joints and pushes (n_a) [N m or N]
   const Eigen::VectorXd& observed() const;  ///< estimate of external() by the momentum observer (n_a); 0 without an observer
-  /// Wrench of contacts and pushes on the robots, as a sensor under their base measures it: force, then moment about W's origin [N; N m], with the lag of the
-  /// observer and without noise; 0 without an observer.
+  /// Wrench of contacts and pushes on the robots, as a sensor under their base measures it: force, then moment about W's origin [N; N m],
+  /// with the lag of the observer and without noise; 0 without an observer.
   const Eigen::Matrix<double, 6, 1>& base_wrench() const;
   const std::vector<PairForce>& forces() const;  ///< by pair index; only pairs that touch
   const std::string& message() const;

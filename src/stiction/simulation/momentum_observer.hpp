@@ -19,8 +19,8 @@ struct ObserverOptions {
   double bias_reach =
       0;  ///< distance in joint positions over which offsets change with the posture, as on real arms [rad; m], ≥ 0; 0: constant
   double inertia_error = 0;  ///< share by which the masses in its robot model are too large [-], > −1
-  /// Share by which the compensated friction F_c tanh(q̇/v₀) + F_v q̇ is too large, > −1; nullopt: the observer compensates no friction, and friction appears
-  /// as external torque.
+  /// Share by which the compensated friction F_c tanh(q̇/v₀) + F_v q̇ is too large, > −1; nullopt: the observer compensates no friction,
+  /// and friction appears as external torque.
   std::optional<double> friction_error{};
   /// F_c and F_v of each joint instead (n), as identified on an arm [N m; N], [N m s/rad; N s/m]; both empty: as `friction_error` says.
   Eigen::VectorXd coulomb{}, viscous{};
@@ -34,9 +34,9 @@ struct ObserverOptions {
 
 /// Estimates external joint torques from momentum, without accelerations:
 ///     r = K_O ( p − ∫ (τ + n + r) dt − p₀ ) ,   p = M v ,   n = Cᵀ v − g ,   so that   ṙ = K_O (τ_ext − r) ,                    (C.11)
-/// in implicit steps of h:  r ← r + a (Δp/h − τ − n − r),  a = h K_O / (1 + h K_O). White noise of standard deviation s on τ gives r the deviation s √(a/(2 − a)).
-/// Offsets are b_j(q) = ξ_j cos(w_j·q) + η_j sin(w_j·q) with normal ξ, η of deviation `bias` and w of deviation 1/bias_reach. At any q their deviation is
-/// `bias`; over a distance d ≪ bias_reach they change by d/bias_reach of `bias`.
+/// in implicit steps of h:  r ← r + a (Δp/h − τ − n − r),  a = h K_O / (1 + h K_O). White noise of standard deviation s on τ gives r the
+/// deviation s √(a/(2 − a)). Offsets are b_j(q) = ξ_j cos(w_j·q) + η_j sin(w_j·q) with normal ξ, η of deviation `bias` and w of deviation
+/// 1/bias_reach. At any q their deviation is `bias`; over a distance d ≪ bias_reach they change by d/bias_reach of `bias`.
 /// Tests: tests/simulation/momentum_observer_test.cpp. Source: De Luca et al., IROS 2006
 class MomentumObserver {
  public:

@@ -76,9 +76,9 @@ Eigen::VectorXd calc_inertia_at_neutral(const Plant::Impl& plant) {
   return out;
 }
 
-/// MuJoCo derives the softness of a contact from the motion of its bodies under forces on their centres of mass, averaged over directions. Such forces do not
-/// move a body whose centre lies on its joint axes. A contact of two such links, or of one with the ground, is then rigid, and its equations have no
-/// solution. This function gives such bodies the motion that a force on their surface causes.
+/// MuJoCo derives the softness of a contact from the motion of its bodies under forces on their centres of mass, averaged over directions.
+/// Such forces do not move a body whose centre lies on its joint axes. A contact of two such links, or of one with the ground, is then
+/// rigid, and its equations have no solution. This function gives such bodies the motion that a force on their surface causes.
 void weigh_surfaces(mjModel* m) {
   constexpr double kRounding = 1e-9;
   for (int body = 1; body < m->nbody; ++body) {

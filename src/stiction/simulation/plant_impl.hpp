@@ -52,15 +52,16 @@ std::unique_ptr<mjModel, DeleteMujoco> compile_scene(const world::Model& model, 
 void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos);
 void copy_from_qpos(const Plant::Impl& plant, const mjtNum* qpos, Eigen::Ref<Eigen::VectorXd> q);
 
-/// Computes the diagonal of the mass matrix, armature and followers included (n_v) [kg or kg m²]. @param data  has the mass matrix of its posture
+/// Computes the diagonal of the mass matrix, armature and followers included (n_v) [kg or kg m²]. @param data  has the mass matrix of its
+/// posture
 void calc_inertia(const Plant::Impl& plant, const mjData& data, Eigen::VectorXd& out);
 
 /// Computes the damping D = 2 ζ √(K_a M_jj) of the joint springs (n_a). @param inertia  (n_v)                                                                     (M.1)
 void calc_damping(const Plant::Impl& plant, const Eigen::VectorXd& inertia, Eigen::VectorXd& out);
 
-/// Starts `data` at rest in q and computes its mass matrix. Cylinders that stand on a plane are tilted by 1e-8 rad: MuJoCo seeks their lowest points along
-/// the difference of axis and normal. For a cylinder left upright by quasi-static steps this difference is mere rounding; MuJoCo then places the lowest
-/// points too high by up to the radius, and the cylinder falls through the plane.
+/// Starts `data` at rest in q and computes its mass matrix. Cylinders that stand on a plane are tilted by 1e-8 rad: MuJoCo seeks their
+/// lowest points along the difference of axis and normal. For a cylinder left upright by quasi-static steps this difference is mere
+/// rounding; MuJoCo then places the lowest points too high by up to the radius, and the cylinder falls through the plane.
 void start_at(const Plant::Impl& plant, const VectorRef& q, mjData* data);
 
 /// The warning of MuJoCo about a step, or a message on numbers out of range; empty: no fault.

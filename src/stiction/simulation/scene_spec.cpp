@@ -23,8 +23,8 @@ namespace {
 constexpr double kLeastMass = 1e-6;     // [kg]
 constexpr double kLeastMoment = 1e-10;  // [kg m²]
 
-/// Impedance of dry joint friction, the largest that MuJoCo allows. A sticking joint creeps at (1 − this) · load/inertia · time constant/2. No friction cone couples
-/// it with other joints.
+/// Impedance of dry joint friction, the largest that MuJoCo allows. A sticking joint creeps at (1 − this) · load/inertia · time constant/2.
+/// No friction cone couples it with other joints.
 constexpr double kStiction = 0.9999;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -46,8 +46,8 @@ void set_inertia(const BodyInertia& inertia, double scale, mjsBody* body) {
   std::copy(std::begin(full), std::end(full), body->fullinertia);
 }
 
-/// Files often state wrong link inertias. An inertia that no rigid body can have is replaced by a possible one nearby; since robots are gravity compensated, this
-/// does no harm.
+/// Files often state wrong link inertias. An inertia that no rigid body can have is replaced by a possible one nearby. Robots are gravity
+/// compensated.
 BodyInertia make_possible(const BodyInertia& link) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(0.5 * (link.inertia + link.inertia.transpose()));
   Vector3d moments = axes.eigenvalues().cwiseMax(kLeastMoment);
@@ -255,7 +255,8 @@ class SceneWriter {
     mjsPair* pair = mjs_addPair(spec_, nullptr);
     mjs_setString(pair->geomname1, model_.geometries()[at(entry.geometry_a)].name.c_str());
     mjs_setString(pair->geomname2, model_.geometries()[at(entry.geometry_b)].name.c_str());
-    // The moment about the normal is the friction of a small patch, so it vanishes with the sliding friction. Rolling friction dissipates energy inside the bodies.
+    // The moment about the normal is the friction of a small patch, so it vanishes with the sliding friction. Rolling friction dissipates
+    // energy inside the bodies.
     const double mu = entry.friction * options_.contact.friction_scale;
     const double torsional = mu > 0 ? entry.torsional * options_.contact.friction_scale : 0, rolling = mu > 0 ? entry.rolling : 0;
     pair->condim = rolling > 0 ? 6 : torsional > 0 ? 4 : mu > 0 ? 3 : 1;

@@ -20,7 +20,8 @@ class Servos {
 
   const mjModel* mujoco() const { return mujoco_.get(); }  ///< the scene with the present damping
 
-  /// K_a⁻¹ D (n_a) [s], or 0: the time by which commands lead. A spring with damping −D q̇ and the command u + K_a⁻¹ D u̇ acts as one with D (u̇ − q̇).
+  /// K_a⁻¹ D (n_a) [s], or 0: the time by which commands lead. A spring with damping −D q̇ and the command u + K_a⁻¹ D u̇ acts as one with
+  /// D (u̇ − q̇).
   const Eigen::VectorXd& lead() const { return lead_; }
 
  private:

@@ -17,8 +17,8 @@ namespace stiction::simulation {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-/// Contacts are stiff, critically damped springs, solved implicitly, with exact friction cones. The defaults are tuned together for the default
-/// timestep; docs/theory/simulation.md states the effect of each and the measurements.
+/// Contacts are stiff, critically damped springs, solved implicitly, with exact friction cones. The defaults are tuned together for the
+/// default timestep; docs/theory/simulation.md states the effect of each and the measurements.
 struct ContactOptions {
   double time_constant =
       2e-3;  ///< of the normal direction [s], at least 2 timesteps; with 10 timesteps the four points of a box do not chatter
@@ -38,8 +38,8 @@ struct ContactOptions {
 struct PlantOptions {
   double timestep = 2e-4;      ///< [s]
   double damping_ratio = 1.0;  ///< ζ of the joint springs with the inertia that the joint moves in the present posture [-], ≥ 0
-  /// True: damping acts on u̇ − q̇, as in a joint impedance controller with velocity commands. False: damping acts on −q̇, so each joint lags behind its command
-  /// by D/K times the speed.
+  /// True: damping acts on u̇ − q̇, as in a joint impedance controller with velocity commands. False: damping acts on −q̇, so each joint
+  /// lags behind its command by D/K times the speed.
   bool velocity_reference = false;
   bool effort_limits = false;  ///< true: the motor torque K_a(u − q) + D(u̇ − q̇) saturates at world::Model::effort; false: it is unbounded
   bool joint_friction =
@@ -47,8 +47,8 @@ struct PlantOptions {
   double armature = 0.0;  ///< inertia of every motor, reflected to its joint [kg or kg m²], ≥ 0
   double spring_resolution =
       1;  ///< largest phase of a joint spring per timestep [rad]: armature is raised to at least K_a (timestep / this)²
-  /// Time in which objects on a planar joint, a hinge or a slider come to rest [s], > 0: their support is not part of the scene, so their joints are damped
-  /// with M_ii / this. Infinite: no damping.
+  /// Time in which objects on a planar joint, a hinge or a slider come to rest [s], > 0: their support is not part of the scene, so their
+  /// joints are damped with M_ii / this. Infinite: no damping.
   double rest_time = std::numeric_limits<double>::infinity();
   double mass_scale = 1.0;  ///< factor on mass and inertia of every object, > 0; Plant::model() keeps the nominal values
   ContactOptions contact;
@@ -117,7 +117,8 @@ struct SimulationResult {
   double wall_s = 0;
 };
 
-/// Scratch of simulate(); belongs to one thread and one Plant. A run does not depend on earlier runs: equal inputs give bitwise equal results.
+/// Scratch of simulate(); belongs to one thread and one Plant. A run does not depend on earlier runs: equal inputs give bitwise equal
+/// results.
 class Workspace {
  public:
   explicit Workspace(std::shared_ptr<const Plant> plant);

@@ -10,8 +10,8 @@
 
 namespace stiction::simulation {
 
-/// A plant that is driven command by command, for callers that choose the next command from the present state. The joint springs (M.1) are those of
-/// simulate(), which takes all commands in advance. Belongs to one thread.
+/// A plant that is driven command by command, for callers that choose the next command from the present state. The joint springs (M.1) are
+/// those of simulate(), which takes all commands in advance. Belongs to one thread.
 class SteppedPlant {
  public:
   explicit SteppedPlant(std::shared_ptr<const Plant> plant);
