@@ -20,8 +20,8 @@ struct BaselineWorkspace {
   void reserve(Eigen::Index n, Eigen::Index contacts);
 };
 
-/// Computes q_cmd = q + (I − J^{K+} J_u)(q_track − q) − K⁻¹ J_uᵀ λ_max of the contacts that the reference does not leave, J_u (q_track − q)
-/// < 0.
+/// Computes q_cmd = q + (I − J^{K+} J_u)(q_track − q) − K⁻¹ J_uᵀ λ_max of the contacts that the reference does not leave,
+/// J_u (q_track − q) < 0.
 /// @returns Solved | NumericalFailure: dependent rows
 [[nodiscard]] core::Status solve_null_space(const BaselineInput& in, BaselineWorkspace& work, Eigen::VectorXd& q_cmd);
 

@@ -64,8 +64,8 @@ class BoundedQpWorkspace {
 /// iteration adds the most violated constraint or drops a blocking one. In (x, s) the gradients of all constraints are linearly
 /// independent, so any constraint can be added. A diagonal H with one row, or with the two sides of one row, is solved in closed form.
 ///
-/// @returns Solved | MaxIterations (x is inside the box, `slack` has the violations of the rows) | NumericalFailure: H is not positive
-/// definite
+/// @returns Solved | MaxIterations (x is inside the box, `slack` has the violations of the rows)
+/// | NumericalFailure: H is not positive definite
 /// No heap use as long as m does not exceed the rows reserved for this n. Worst case: `max_iterations` of O((n + m)³) each.
 /// Tests: tests/control/bounded_qp_test.cpp (brute force over all active sets, ProxQP, residuals)
 [[nodiscard]] core::Status solve_bounded_qp(const BoundedQp& qp, const BoundedQpOptions& options, BoundedQpWorkspace& work,

@@ -4,8 +4,8 @@
 
 namespace stiction::control {
 
-/// Whether the program has a closed form: H is diagonal, and there is no row, one row, or the two sides of one row, A₁ = −A₀ with b₀ + b₁ ≥
-/// 0.
+/// Whether the program has a closed form: H is diagonal, and there is no row, one row, or the two sides of one row,
+/// A₁ = −A₀ with b₀ + b₁ ≥ 0.
 bool has_closed_form(const BoundedQp& qp);
 
 /// Solves a program that has_closed_form(). At most one of the two sides of a row is active. With its multiplier y ≥ 0,

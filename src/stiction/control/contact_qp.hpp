@@ -106,8 +106,8 @@ struct ContactQpWorkspace {
 /// and leaves the program (C.10) in the change of the command. For C → 0 this is (5.8). One contact and a joint reference have a closed
 /// form.
 ///
-/// @returns Solved | MaxIterations: the command is within rate, torque and joint limits, and `slack` has the excess of the forces |
-/// NumericalFailure
+/// @returns Solved | MaxIterations: the command is within rate, torque and joint limits, and `slack` has the excess of the forces
+/// | NumericalFailure
 /// @throws  core::InvalidInput: sizes, numbers that are not finite, λ_max not positive, w negative, more than kMaxContacts
 /// No heap use as long as n and m do not exceed the reserved sizes. Tests: tests/control/contact_qp_test.cpp
 [[nodiscard]] core::Status solve_contact_qp(const RobotLimits& robot, const ContactQpInput& in, const ContactQpOptions& options,

@@ -88,9 +88,8 @@ struct ControllerCommand {
   std::vector<ContactForce> taken;                       ///< contacts in the program, with low-passed forces
   int left_out = 0;                                      ///< number of contacts beyond max_contacts
   double damping = 0;                                    ///< w of (5.24) [-]
-  ContactVector
-      bound;  ///< force bound of each contact in the program: λ_max minus the force that springs at rest do not explain (C.18) [N]
-  ContactQpResult qp;  ///< predicted forces and slacks; Law::ContactAware only
+  ContactVector bound;  ///< bound of each contact: λ_max minus the force that springs at rest do not explain (C.18) [N]
+  ContactQpResult qp;   ///< predicted forces and slacks; Law::ContactAware only
 };
 
 /// The contact controller, with the life cycle of ros2_control: configure() once, then update() in each tick, real-time safe after the

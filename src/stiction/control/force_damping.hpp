@@ -14,8 +14,8 @@ struct ForceDampingOptions {
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
-/// Computes the damping w of (5.24):  e = 1 − exp(−‖λ_pred − λ_est‖_∞ / a)  (5.28, printed without the sign of the exponent),  ē ← α e + (1
-/// − α) ē ,  w = w_max ē ,
+/// Computes the damping w of (5.24):  e = 1 − exp(−‖λ_pred − λ_est‖_∞ / a)  (5.28, printed without the sign of the exponent),
+/// ē ← α e + (1 − α) ē ,  w = w_max ē ,
 /// for ticks of h instead of the `period` T:  α → 1 − (1 − α)^(h/T) ,  w_max → w_max T/h .                                                        (C.6)
 class ForceDamping {
  public:

@@ -32,8 +32,8 @@ struct Equilibrium {
 [[nodiscard]] core::Status calc_equilibrium(VectorRef K, MatrixRef J_u, VectorRef q, VectorRef u, Equilibrium& out);
 
 /// Computes J^{K+} = K⁻¹ J_uᵀ L (n × m), the stiffness-consistent pseudo-inverse: commands projected by I − J^{K+} J_u move no contact
-/// point, not even on the way to equilibrium; thesis (5.19)–(5.21). With it (C.1) reads  q⁺ = q + (I − J^{K+} J_u)(u − q) ,  λ = −(J^{K+})ᵀ
-/// K (u − q).
+/// point, not even on the way to equilibrium; thesis (5.19)–(5.21). With it (C.1) reads  q⁺ = q + (I − J^{K+} J_u)(u − q) ,
+/// λ = −(J^{K+})ᵀ K (u − q).
 /// @returns Solved | NumericalFailure: J_u has not full row rank    @throws as calc_equilibrium
 [[nodiscard]] core::Status calc_stiffness_consistent_inverse(VectorRef K, MatrixRef J_u, Eigen::MatrixXd& out);
 

@@ -16,13 +16,13 @@ struct Hysteresis {
 /// The rows of one record, sorted by their time after touches, and the largest torques of the touches.
 struct AfterTouch {
   std::vector<int> settled,
-      unsettled;           ///< rows at rest: before any touch or at least `settle` after one; rows less than `settle` after a touch
+      unsettled;           ///< rows at rest: before any touch or `settle` after one; rows sooner after a touch
   std::vector<int> touch;  ///< for each unsettled row the number of the touch before it, from 0
   Eigen::MatrixXd sizes;   ///< largest |τ − rest| of each joint in each touch (n × touches), rest: the mean of the settled rows
 };
 
-/// Sorts the rows of a record. @param tau (n × rows)  @param times  of all rows [s]  @param at_rest, touched  rows of one record  @returns
-/// sizes are 0 if no row is settled
+/// Sorts the rows of a record. @param tau (n × rows)  @param times  of all rows [s]  @param at_rest, touched  rows of one record
+/// @returns sizes are 0 if no row is settled
 AfterTouch find_after_touch(const Eigen::MatrixXd& tau, const std::vector<double>& times, const std::vector<int>& at_rest,
                             const std::vector<int>& touched, double settle);
 

@@ -64,8 +64,7 @@ bool descend(const DescentProblem& problem, const SteepestDescent& options, Cont
   ContactPoint before = point;
   for (int step = 0; step < options.max_steps; ++step) {
     if (is_explained(problem, point.residual)) return point.residual < start || step == 0;
-    const Vector3d gradient =
-        0.5 * calc_gradient(problem.torque, point.p_L, point.f_L);  // gradient of l/2, as in the figures of the thesis
+    const Vector3d gradient = 0.5 * calc_gradient(problem.torque, point.p_L, point.f_L);  // of l/2, as in the thesis's figures
     const Vector3d t = gradient - point.n_L.dot(gradient) * point.n_L;
     const double length = t.norm();
     if (length <= least_gradient) return point.residual < start || step == 0;

@@ -35,8 +35,8 @@ struct SenseOptions {
   std::optional<int> max_descents{};
   /// F of the ranking [N], > 0: candidates that explain are ordered by l + (noise/F)² ‖f‖² (Y.14); nullopt: calc_plausible_force() of the arm.
   std::optional<double> plausible_force{};
-  /// Share by which the true μ may exceed the μ of the cone, in [0, 1). If no candidate explains the torques, the search uses μ/(1 −
-  /// friction_error).
+  /// Share by which the true μ may exceed the μ of the cone, in [0, 1). If no candidate explains the torques, the search uses
+  /// μ/(1 − friction_error).
   double friction_error = 0;
   /// Rest, sign and noise of each joint, and joints without a sensor. If joints differ in noise, residuals and all derived quantities refer
   /// to the whitened torques (Y.17), which all have the same noise.

@@ -14,8 +14,8 @@ struct OnsetOptions {
   /// Dry friction of the joints (n) [N·m; N], ≥ 0; empty: none. While a joint sticks or reverses, the torque contains an unknown part of
   /// it.
   Eigen::VectorXd friction{};
-  /// Share of the largest torque in a touch by which the offset of each joint differs for `settle` seconds after the touch (Hysteresis), ≥
-  /// 0.
+  /// Share of the largest torque in a touch by which the offset of each joint differs for `settle` seconds after the touch
+  /// (Hysteresis), ≥ 0.
   double hysteresis = 0;
   double settle = 1;  ///< [s], > 0
   double false_alarms =
@@ -41,8 +41,8 @@ class TouchOnset {
   /// @param rest  torques without contact (n)  @throws core::InvalidInput: options, sizes, not finite
   TouchOnset(const Eigen::VectorXd& rest, OnsetOptions options);
 
-  /// Processes a row of torques. @param dt  time since the last row [s], > 0  @returns whether something touches the robot  @throws
-  /// core::InvalidInput: sizes, not finite
+  /// Processes a row of torques. @param dt  time since the last row [s], > 0  @returns whether something touches the robot
+  /// @throws core::InvalidInput: sizes, not finite
   bool update(VectorRef tau, double dt) { return update(tau, dt, Eigen::VectorXd::Zero(tau.size())); }
   /// The same for joints with friction. @param sign  tanh(q̇/v₀), the sign of friction (n). Friction becomes uncertain within ± its size:
   /// as far as the sign has changed, and within half a second while a joint sticks.

@@ -20,15 +20,12 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 /// Contacts are stiff, critically damped springs, solved implicitly, with exact friction cones. The defaults are tuned together for the
 /// default timestep; docs/theory/simulation.md states the effect of each and the measurements.
 struct ContactOptions {
-  double time_constant =
-      2e-3;  ///< of the normal direction [s], at least 2 timesteps; with 10 timesteps the four points of a box do not chatter
-  double friction_time_constant =
-      2e-2;                 ///< time in which a slip below ~ μ a · this / 2 dies out [s]; shorter values make sliding bodies hop
-  double impedance = 0.95;  ///< [-] in (0, 0.9999]; 1 would be rigid
-  double friction_stiffening =
-      100;                    ///< stiffness of friction relative to the normal direction [-], ≥ 1; divides the creep of sticking contacts
-  int noslip_iterations = 0;  ///< solver sweeps that remove the remaining creep
-  double friction_scale = 1.0;  ///< factor on every μ and every friction moment about a normal, ≥ 0
+  double time_constant = 2e-3;  ///< of the normal direction [s], at least 2 timesteps; with 10 a box on four points does not chatter
+  double friction_time_constant = 2e-2;  ///< in which a slip below ~ μ a · this / 2 dies out [s]; if short, sliding bodies hop
+  double impedance = 0.95;               ///< [-] in (0, 0.9999]; 1 would be rigid
+  double friction_stiffening = 100;      ///< stiffness relative to the normal direction [-], ≥ 1; divides the creep of sticking contacts
+  int noslip_iterations = 0;             ///< solver sweeps that remove the remaining creep
+  double friction_scale = 1.0;           ///< factor on every μ and every friction moment about a normal, ≥ 0
   /// Factor on both time constants for objects on fixed geometry, ≥ 1. At 1, a standing can rolls around its rim for ever.
   double ground_softness = 2.5;
   void validate(double timestep) const;
