@@ -15,8 +15,7 @@ struct FilteredContact {
   double unseen_for = 0;            ///< [s]
   double demand = 0;                ///< force that tracking alone asked for when the contact was last seen [N]
   std::optional<double> at_rest{};  ///< force of joint springs at rest on this contact, after the low-pass [N]
-  Eigen::Vector3d u = Eigen::Vector3d::Zero(),
-                  p_W = Eigen::Vector3d::Zero();  ///< direction and place when last seen
+  Eigen::Vector3d u = Eigen::Vector3d::Zero(), p_W = Eigen::Vector3d::Zero();  ///< direction and place when it was last seen
 };
 
 /// Low-passes contact forces. A new contact starts at its measured force, the force of an unseen contact decays, and if there are too many

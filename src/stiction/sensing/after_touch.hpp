@@ -15,10 +15,9 @@ struct Hysteresis {
 
 /// The rows of one record, sorted by their time after touches, and the largest torques of the touches.
 struct AfterTouch {
-  std::vector<int> settled,
-      unsettled;           ///< rows at rest: before any touch or `settle` after one; rows sooner after a touch
-  std::vector<int> touch;  ///< for each unsettled row the number of the touch before it, from 0
-  Eigen::MatrixXd sizes;   ///< largest |τ − rest| of each joint in each touch (n × touches), rest: the mean of the settled rows
+  std::vector<int> settled, unsettled;  ///< rows at rest: before any touch or `settle` after it; sooner after a touch
+  std::vector<int> touch;               ///< for each unsettled row the number of the touch before it, from 0
+  Eigen::MatrixXd sizes;  ///< largest |τ − rest| of each joint in each touch (n × touches), rest: the mean of the settled rows
 };
 
 /// Sorts the rows of a record. @param tau (n × rows)  @param times  of all rows [s]  @param at_rest, touched  rows of one record

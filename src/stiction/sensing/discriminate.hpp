@@ -27,7 +27,7 @@ struct LinearRows {
 };
 
 /// A point that satisfies the rows, or Farkas weights y that prove there is none: Cᵀy = 0 and
-/// Σ_{y>0} y_i lower_i + Σ_{y<0} y_i upper_i >/// 0, although the sum would be ≤ yᵀC x = 0 for every point that satisfies the rows.
+/// Σ_{y>0} y_i lower_i + Σ_{y<0} y_i upper_i > 0, although the sum would be ≤ yᵀC x = 0 for every point that satisfies the rows.
 /// Found as the minimum of half the sum of squared violations, a convex piecewise quadratic function, by Newton's method; at a minimum > 0
 /// the violations themselves are such weights.  (Y.7)
 struct Feasibility {

@@ -113,8 +113,7 @@ struct DrivenPlant::Impl {
     last_M.assign(data->M, data->M + m->nC);
     for (Eigen::Index j = 0; j < n.size(); ++j) {
       const int address = v_address(j);
-      last_n[j] = data->qfrc_passive[address] - data->qfrc_damper[address] -
-                  known * data->qfrc_bias[address];  // friction is not known to the observer
+      last_n[j] = data->qfrc_passive[address] - data->qfrc_damper[address] - known * data->qfrc_bias[address];  // friction unknown to it
     }
   }
 
