@@ -40,7 +40,7 @@ double row_dot(const RowMatrix& A, Index i, const Eigen::VectorXd& x) {
   return sum;
 }
 
-/// 1/ω_i. A row of zeros constrains nothing, its slack has the scale of its bound.
+/// Fills 1/ω_i. A row of zeros constrains nothing; its slack has the scale of its bound.
 bool calc_weights(const BoundedQp& qp, BoundedQpWorkspace& w) {
   const Index n = qp.center.size();
   if (qp.diagonal) {
@@ -92,7 +92,7 @@ class DualActiveSet {
   bool is_row_active(Index i) const { return std::find(w_.active.begin(), w_.active.end(), i) != w_.active.end(); }
   bool is_fixed(Index j) const { return qp_.lower[j] == qp_.upper[j]; }
 
-  /// By how much constraint k is broken (> 0), and to which side.
+  /// Violation of constraint k (> 0 if violated), and the side on which it is violated.
   double calc_violation(Index k, int& side) const {
     if (!is_row(k)) {
       side = x_[k] > qp_.upper[k] ? 1 : -1;
@@ -103,7 +103,7 @@ class DualActiveSet {
     return row_dot(qp_.A, i, x_) - qp_.b[i] - w_.y[i] * w_.omega_inverse[i];
   }
 
-  /// The inactive constraint that is broken most, in the norm of H, by more than rounding; −1: none.
+  /// The inactive constraint with the largest violation beyond rounding, in the norm of H; −1: none.
   Index most_violated() const {
     Index best = -1;
     double worst = 0;
@@ -199,7 +199,7 @@ class DualActiveSet {
       drop(blocking);
     }
     cut_short_ = true;
-    if (is_row(k)) {  // stationary all the same
+    if (is_row(k)) {  // keeps stationarity
       w_.y[k - n_] = y_k;
     } else {
       w_.z[k] = y_k;
@@ -259,7 +259,7 @@ class DualActiveSet {
     }
   }
 
-  /// x, y and z of the active set afresh, so that no rounding is carried from one set to the next.
+  /// Computes x, y and z of the active set from scratch, so that rounding does not accumulate from set to set.
   bool resolve() {
     if (!factor()) return false;
     const auto n_f = static_cast<Index>(w_.free.size()), m = static_cast<Index>(w_.active.size());
@@ -279,7 +279,8 @@ class DualActiveSet {
     return true;
   }
 
-  /// One step of iterative refinement of the rows: where they contradict each other, multipliers are as large as their priority and x is their small difference.
+  /// One step of iterative refinement of the rows. If rows contradict each other, multipliers are as large as the priorities and x is their
+  /// small difference.
   bool refine() {
     if (w_.active.empty()) return true;
     if (!factor()) return false;
@@ -321,7 +322,7 @@ void solve_active_set(const BoundedQp& qp, const BoundedQpOptions& options, Boun
   out.status = DualActiveSet(qp, options, w, out).run(out.iterations);
   for (Index j = 0; j < qp.center.size(); ++j) {
     out.z[j] = w.z[j];
-    out.x[j] = std::clamp(out.x[j], qp.lower[j], qp.upper[j]);  // of free coordinates: rounding, unless iterations ran out
+    out.x[j] = std::clamp(out.x[j], qp.lower[j], qp.upper[j]);  // changes free coordinates by rounding only, unless iterations ran out
   }
   for (Index i = 0; i < qp.m; ++i) {
     out.y[i] = std::max(0.0, w.y[i]);

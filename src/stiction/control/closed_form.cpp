@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Root of  a x(y) − y/ω − b  of one row; 0 where it is negative from the start.
+/// Root y of  a x(y) − y/ω − b  for one row; 0 if the value at y = 0 is negative.
 double find_multiplier(const BoundedQp& qp, Index row, BoundedQpWorkspace& w) {
   const Index n = qp.center.size();
   const auto calc_value = [&](double y) {
@@ -22,7 +22,7 @@ double find_multiplier(const BoundedQp& qp, Index row, BoundedQpWorkspace& w) {
   double y = 0, value = calc_value(0);
   if (!(value > 0)) return 0;
   for (Index j = 0; j < n; ++j) {
-    const double speed = -qp.A(row, j) / qp.H(j, j);  // of x_j with y
+    const double speed = -qp.A(row, j) / qp.H(j, j);  // derivative of x_j by y
     const double from = speed > 0 ? qp.lower[j] : qp.upper[j], to = speed > 0 ? qp.upper[j] : qp.lower[j];
     w.enters[j] = speed == 0 ? kInfinity : (from - qp.center[j]) / speed;
     w.leaves[j] = speed == 0 ? kInfinity : (to - qp.center[j]) / speed;
@@ -37,7 +37,7 @@ double find_multiplier(const BoundedQp& qp, Index row, BoundedQpWorkspace& w) {
     const double root = y + value / steepness;
     if (root <= next) return root;
     y = next, value = calc_value(next);
-    if (!(value > 0)) return y;  // by rounding
+    if (!(value > 0)) return y;  // because of rounding
   }
 }
 

@@ -28,8 +28,8 @@ int ContactFilter::update(std::span<const ContactForce> contacts, const world::K
   return left_out;
 }
 
-/// The force after the low-pass, and the point of the link at which it acts: the mean of the measured ones, each with its share of the force. What rests on an
-/// edge or a face is borne by one corner in this tick and by another in the next. (C.5)
+/// Low-passes the force, and the contact point as the mean of the measured points, weighted by their share of the force. The mean is needed
+/// because an edge or face contact may rest on one corner in this tick and on another one in the next. (C.5)
 void ContactFilter::see(FilteredContact& k, const ContactForce& measured, const world::Kinematics& kinematics, double gain) const {
   const world::Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(measured.body)];
   const Vector3d before = k.contact.force_W, p_BC = X_WB.inverse() * measured.p_WC;
@@ -43,7 +43,7 @@ void ContactFilter::see(FilteredContact& k, const ContactForce& measured, const 
   k.u = k.contact.force_W.normalized();
 }
 
-/// A place for a new contact, that of the weakest where all are taken and it is weaker.
+/// Finds a slot for a new contact. If all slots are taken, the weakest contact is replaced, provided it is weaker than the new one.
 std::vector<FilteredContact>::iterator ContactFilter::make_room(const ContactForce& measured, int& left_out) {
   if (static_cast<int>(known.size()) < options_.max_contacts) return known.insert(known.end(), FilteredContact{.contact = measured});
   if (measured.force_W.norm() >= options_.force_threshold) ++left_out;

@@ -2,34 +2,35 @@
 
 #include "stiction/control/controller.hpp"
 
-// Internal to the layer: contacts from tick to tick, with their forces after the low-pass. docs/theory/control.md (C.5).
+// Internal to the layer: tracks contacts from tick to tick and low-passes their forces. docs/theory/control.md (C.5).
 
 namespace stiction::control {
 
-/// A contact that is there, or was a moment ago.
+/// A contact that is measured now or was measured a moment ago.
 struct FilteredContact {
   ContactForce contact{};
   Eigen::Vector3d p_BC = Eigen::Vector3d::Zero();
   bool seen = false;
-  bool counts = false;              ///< it is in the model
+  bool counts = false;              ///< whether the contact is in the model
   double unseen_for = 0;            ///< [s]
-  double demand = 0;                ///< when it was last seen [N]
-  std::optional<double> at_rest{};  ///< what springs at rest would press it with, after the low-pass [N]
+  double demand = 0;                ///< force that tracking alone asked for when the contact was last seen [N]
+  std::optional<double> at_rest{};  ///< force of joint springs at rest on this contact, after the low-pass [N]
   Eigen::Vector3d u = Eigen::Vector3d::Zero(), p_W = Eigen::Vector3d::Zero();  ///< direction and place when it was last seen
 };
 
-/// New contacts start at what is measured, those that are not seen decay; of too many the strongest are known.
+/// Low-passes contact forces. A new contact starts at its measured force, the force of an unseen contact decays, and if there are too many
+/// contacts the strongest are kept.
 class ContactFilter {
  public:
-  /// @param options  those of its controller, which outlive it
+  /// @param options  options of the controller; they must outlive the filter
   explicit ContactFilter(const ControllerOptions& options) : options_(options) {
     known.reserve(static_cast<std::size_t>(options.max_contacts));
   }
 
-  /// @returns how many contacts above the threshold there was no room for
+  /// @returns the number of contacts above the threshold that did not fit into max_contacts
   int update(std::span<const ContactForce> contacts, const world::Kinematics& kinematics, double dt);
 
-  std::vector<FilteredContact> known;  ///< whoever decides what counts forgets them
+  std::vector<FilteredContact> known;  ///< the controller, which decides which contacts count, removes them
 
  private:
   void see(FilteredContact& k, const ContactForce& measured, const world::Kinematics& kinematics, double gain) const;

@@ -79,7 +79,7 @@ void require(const RobotLimits& robot, const ContactQpInput& in) {
   core::require_finite("task_error", span(*in.task_error));
 }
 
-/// One tick in the making: (C.10) in d = q_cmd − q_cmd⁻.
+/// Builds and solves the program of one tick: (C.10) in d = q_cmd − q_cmd⁻.
 class Tick {
  public:
   Tick(const RobotLimits& robot, const ContactQpInput& in, const ContactQpOptions& options, ContactQpWorkspace& work, ContactQpResult& out)
@@ -105,7 +105,8 @@ class Tick {
   int group_of(Index contact) const { return in_.groups.empty() ? 0 : in_.groups[static_cast<std::size_t>(contact)]; }
   bool may_be_gone(Index contact) const { return group_of(contact) != 0; }
 
-  /// Rate, then torque, then joint limits: an interval that does not meet the next one shrinks to its nearest point.
+  /// Intersects the intervals of rate, torque and joint limits in this order. If an interval does not meet the next one, it shrinks to its
+  /// nearest point.
   void calc_box() {
     for (Index j = 0; j < n_; ++j) {
       double low = -robot_.rate[j], high = robot_.rate[j];
@@ -180,7 +181,7 @@ class Tick {
     return true;
   }
 
-  /// E, or E (I − K⁻¹ J_uᵀ (G + C)⁻¹ J_u) where the equilibrium is to be near the reference, (5.23).
+  /// Fills EP with E, or with E (I − K⁻¹ J_uᵀ (G + C)⁻¹ J_u) for the equilibrium cost, (5.23).
   void write_tracking_rows() {
     const bool of_joints = in_.task_jacobian == nullptr;
     const Index rows = of_joints ? n_ : in_.task_jacobian->rows();
@@ -201,7 +202,7 @@ class Tick {
     }
   }
 
-  /// −LJ d / λ_max ≤ 1 − λ₀/λ_max, and of contacts that the reference does not leave LJ d / λ_max ≤ λ₀/λ_max.
+  /// Rows −LJ d / λ_max ≤ 1 − λ₀/λ_max, and LJ d / λ_max ≤ λ₀/λ_max for contacts that the reference does not leave.
   void write_rows() {
     BoundedQp& qp = w_.qp;
     qp.m = 0;
@@ -216,7 +217,8 @@ class Tick {
       if (must_not_pull(i)) add_row(i, 1, w_.lambda0[i] / in_.lambda_max[i], options_.unilateral_priority);
   }
 
-  /// (5.30) with its sign corrected: the reference moves the contact point along the force on the robot. Of a task: the command that meets it best.
+  /// Whether the reference leaves the contact, (5.30) with its sign corrected: it moves the contact point along the force on the robot.
+  /// With a task, the command that tracks the task best takes the place of the reference.
   bool is_left(Index contact) const {
     double along = 0;
     for (Index j = 0; j < n_; ++j) {
@@ -226,7 +228,7 @@ class Tick {
     return along >= 0;
   }
 
-  /// One that may be gone pulls at nothing: to follow the arm with the command, so as not to pull, would leave it without a spring.
+  /// A contact that may be gone cannot pull. If the command followed the arm to prevent pulling, the joint springs would exert no force.
   bool must_not_pull(Index contact) const { return !may_be_gone(contact) && !is_left(contact); }
 
   void write_result() {

@@ -10,58 +10,61 @@
 
 namespace stiction::control {
 
-/// More contacts than a robot has at a time: results over contacts have room for these and use no heap.
+/// Largest number of contacts. Results over contacts have room for this number and use no heap.
 inline constexpr int kMaxContacts = 32;
 using ContactVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxContacts, 1>;
 
-/// What of the robot does not change from tick to tick. n joints; [rad], [N m] (or [m], [N] of prismatic joints).
+/// Constants of the robot, the same in all ticks. n joints; [rad], [N m] (or [m], [N] of prismatic joints).
 struct RobotLimits {
   Eigen::VectorXd stiffness;     ///< diagonal of K (n), > 0
-  Eigen::VectorXd rate;          ///< Δq_max: how far a command may change in one tick (n), > 0
-  Eigen::VectorXd lower, upper;  ///< of commands (n), lower ≤ upper; may be infinite
+  Eigen::VectorXd rate;          ///< Δq_max: largest change of a command in one tick (n), > 0
+  Eigen::VectorXd lower, upper;  ///< limits of commands (n), lower ≤ upper; may be infinite
   Eigen::VectorXd torque;        ///< largest |K (q_cmd − q)| (n), > 0; may be infinite
   void validate() const;         ///< @throws core::InvalidInput naming the field
 };
 
-/// What a command is compared with.
+/// The tracking cost of a command.
 enum class TrackingCost {
-  Command,      ///< ‖q_cmd − q_ref‖² + w ‖q_cmd − q_cmd⁻‖² , (5.24): for contacts with friction
-  Equilibrium,  ///< ‖q⁺ − q_ref‖² + ε ‖q_cmd − q_ref‖² , (5.22): for contacts without
+  Command,      ///< ‖q_cmd − q_ref‖² + w ‖q_cmd − q_cmd⁻‖² , (5.24): use with friction
+  Equilibrium,  ///< ‖q⁺ − q_ref‖² + ε ‖q_cmd − q_ref‖² , (5.22): use without friction
 };
 
 struct ContactQpOptions {
   TrackingCost cost = TrackingCost::Command;
   double epsilon = 1e-3;         ///< ε of (5.22) [-], > 0
-  double posture_weight = 1e-3;  ///< of ‖q_cmd − q_ref‖² beside a task [1/rad²], > 0
-  /// Softness of a contact as a share of the arm's own at that point, > 0. It makes forces of parallel, opposed and too many contacts unique (the nearest to
-  /// the measured ones); at 0 (C.1) would be met exactly, and not be solvable for those.
+  double posture_weight = 1e-3;  ///< weight of ‖q_cmd − q_ref‖² while a task is tracked [1/rad²], > 0
+  /// Compliance of a contact as a share of the arm's compliance at that point, > 0. It makes the forces of parallel, opposed or too many
+  /// contacts unique: the solution nearest to the measured forces. At 0, (C.1) would hold exactly but could not be solved for such
+  /// contacts.
   double contact_compliance = 1e-2;
-  /// A contact is as soft as one with this lever where its own is shorter [m], > 0: what passes through the joint axes is borne by the structure, and no
-  /// command changes it.
+  /// Smallest lever for the compliance of a contact [m], > 0; shorter levers count as this one. The structure bears a force that passes
+  /// through the joint axes, and no command changes this force.
   double least_lever = 1e-2;
-  /// Contacts that the reference does not leave, J_u (q_ref − q) < 0, do not pull: λ ≥ 0. (5.30) with its sign corrected. Off: two-sided, as in the thesis.
+  /// Contacts that the reference does not leave, J_u (q_ref − q) < 0, do not pull: λ ≥ 0. (5.30) with its sign corrected. If false, the
+  /// constraint is two-sided, as in the thesis.
   bool unilateral = true;
-  /// Order in which conflicts are resolved: rate, torque, joint limits, λ ≤ λ_max, λ ≥ 0, tracking. The first three hold to the last bit, an earlier one
-  /// before a later one; of the other two 1/(1 + priority) of what tracking alone would break is left.
+  /// Conflicts are resolved in this order: rate, torque, joint limits, λ ≤ λ_max, λ ≥ 0, tracking. The first three hold exactly, and an
+  /// earlier limit has precedence over a later one. Of the violation of the two force limits by tracking alone, the share 1/(1 + priority)
+  /// remains.
   double force_priority = 1e6;       ///< [-], in (unilateral_priority, 1e7]: conflicts are resolved to 1e-16 of it
   double unilateral_priority = 1e3;  ///< [-], > 0
   BoundedQpOptions solver{};
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
-/// One tick. m contacts.
+/// Inputs of one tick with m contacts.
 struct ContactQpInput {
   VectorRef q;           ///< measured (n)
   VectorRef q_cmd;       ///< command of the last tick (n)
-  VectorRef q_ref;       ///< of the next tick (n); beside a task: the posture that is preferred
+  VectorRef q_ref;       ///< reference of the next tick (n); with a task: the preferred posture
   MatrixRef J_u;         ///< (m × n) [m/rad]
   VectorRef lambda;      ///< measured forces (m) [N]
   VectorRef lambda_max;  ///< (m) [N], > 0
   double damping = 0;    ///< w of (5.24) [-], ≥ 0
-  /// Which contacts act together (m, or empty: all do). Those of group 0 hold the arm. Those of any other number are of a set that may not be there: their forces are
-  /// judged as if they were the only ones, and they hold the arm nowhere.
+  /// Group of each contact (m); empty: all contacts act together. Contacts of group 0 hold the arm. Every other group is a set of contacts
+  /// that may not exist: its forces are bounded as if they were the only ones, and its contacts do not hold the arm.
   std::span<const int> groups{};
-  /// Tracking of a task instead of joints: ½‖E (q_cmd − q) − e‖², rows weighted by the caller; null: joints.
+  /// Tracks a task instead of joints, with the cost ½‖E (q_cmd − q) − e‖²; the caller weights the rows. Null: joints are tracked.
   const RowMatrix* task_jacobian = nullptr;     ///< E (k × n)
   const Eigen::VectorXd* task_error = nullptr;  ///< e (k)
 };
@@ -71,17 +74,18 @@ struct ContactQpResult {
   Eigen::VectorXd q_cmd;         ///< (n)
   Eigen::VectorXd q_next;        ///< predicted equilibrium (n)
   ContactVector lambda;          ///< predicted forces (m) [N]
-  ContactVector slack;           ///< by which λ exceeds λ_max (m) [N], ≥ 0
-  ContactVector pull;            ///< by which λ is below 0 where `unilateral` forbids it (m) [N], ≥ 0
-  Eigen::VectorXd torque_slack;  ///< by which |K (q_cmd − q)| exceeds the torque (n) [N m], ≥ 0
-  Eigen::VectorXd limit_slack;   ///< by which q_cmd is outside the joint limits (n) [rad], ≥ 0
+  ContactVector slack;           ///< excess of λ over λ_max (m) [N], ≥ 0
+  ContactVector pull;            ///< amount by which λ is below 0 although `unilateral` forbids it (m) [N], ≥ 0
+  Eigen::VectorXd torque_slack;  ///< excess of |K (q_cmd − q)| over RobotLimits::torque (n) [N m], ≥ 0
+  Eigen::VectorXd limit_slack;   ///< distance of q_cmd from the joint limits (n) [rad], ≥ 0
   int iterations = 0;
 
-  /// Nothing had to give way: no force above its bound by more than `force` [N], no torque above its own, no command outside joint limits.
+  /// Whether all limits hold: no force exceeds its bound by more than `force` [N], no torque exceeds its limit, no command is outside the
+  /// joint limits.
   bool within_limits(double force) const;
 };
 
-/// Scratch and the program last solved, for tests: (C.10) in d = q_cmd − q_cmd⁻, with forces in units of λ_max.
+/// Scratch, and the last program (C.10) for tests. Its variable is d = q_cmd − q_cmd⁻, and its forces are in units of λ_max.
 struct ContactQpWorkspace {
   void reserve(Eigen::Index n, Eigen::Index contacts);
 
@@ -95,14 +99,17 @@ struct ContactQpWorkspace {
   Eigen::VectorXd residual;
 };
 
-/// The next command of a stiffness-controlled robot in contact: as near to the reference as forces ≤ λ_max allow, thesis (5.22) and (5.24).
+/// Computes the next command of a stiffness-controlled robot in contact: the command that tracks the reference best with forces ≤ λ_max,
+/// thesis (5.22) and (5.24).
 ///
-/// With q⁺ and λ eliminated by  (J_u K⁻¹ J_uᵀ + C) λ = C λ_est − J_u (q_cmd − q) ,  C = contact_compliance · diag(J_u K⁻¹ J_uᵀ) ,          (C.4)
-/// the program in the change of the command is (C.10). For C → 0 this is (5.8). One contact and a joint reference: closed form.
+/// The equation that eliminates q⁺ and λ is  (J_u K⁻¹ J_uᵀ + C) λ = C λ_est − J_u (q_cmd − q) ,  C = contact_compliance · diag(J_u K⁻¹ J_uᵀ) ,          (C.4)
+/// and leaves the program (C.10) in the change of the command. For C → 0 this is (5.8). One contact and a joint reference have a closed
+/// form.
 ///
-/// @returns Solved | MaxIterations: the command is within rate, torque and joint limits, slack says what else it breaks | NumericalFailure
+/// @returns Solved | MaxIterations: the command is within rate, torque and joint limits, and `slack` has the excess of the forces
+/// | NumericalFailure
 /// @throws  core::InvalidInput: sizes, numbers that are not finite, λ_max not positive, w negative, more than kMaxContacts
-/// No heap use where n and m are within what was reserved. Tests: tests/control/contact_qp_test.cpp
+/// No heap use as long as n and m do not exceed the reserved sizes. Tests: tests/control/contact_qp_test.cpp
 [[nodiscard]] core::Status solve_contact_qp(const RobotLimits& robot, const ContactQpInput& in, const ContactQpOptions& options,
                                             ContactQpWorkspace& work, ContactQpResult& out);
 

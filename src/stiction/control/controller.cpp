@@ -45,9 +45,9 @@ ControllerOptions make_early_form(ControllerOptions options) {
 }
 
 namespace {
-constexpr double kEarlyRate = 0.1;    ///< of ‖q_cmd − q_cmd⁻‖² in the early form
-constexpr double kLeastBound = 1e-3;  ///< of a wall that the arm has come into: bounds are positive
-constexpr double kMostExcess = 0.5;   ///< of the bound, by which it is lowered (C.18)
+constexpr double kEarlyRate = 0.1;    ///< weight of ‖q_cmd − q_cmd⁻‖² in the early form
+constexpr double kLeastBound = 1e-3;  ///< smallest share of its bound that a wall keeps after the arm has come into it: bounds are positive
+constexpr double kMostExcess = 0.5;   ///< largest share of the bound by which (C.18) lowers it
 }  // namespace
 
 struct ContactController::Impl {
@@ -60,16 +60,15 @@ struct ContactController::Impl {
   double last_time = -std::numeric_limits<double>::infinity();
   struct Predicted {
     int id;
-    double force, at_rest;  ///< of the next tick; of the last one, without what moves [N]
+    double force, at_rest;  ///< predicted for the next tick; the same for springs at rest [N]
   };
   std::vector<Predicted> predicted;  // contacts of the last tick
 
   ContactFilter filter;
-  double release_damping = 0;  // w while a lost contact is let go, and after (C.17)
+  double release_damping = 0;  // w while a lost contact is released, and afterwards (C.17)
   bool touched = false;        // a contact was in the model of the last tick
-  std::vector<char> seen;      // of the contacts taken
-  std::vector<int>
-      groups;  // of the same: 0, those that are there; a number a set that excludes the others; one of its own if not seen at the moment
+  std::vector<char> seen;      // per contact in `taken`: whether it is measured now
+  std::vector<int> groups;     // per contact in `taken`: 0 measured; > 0 set that excludes the other sets; < 0 unseen, a group of its own
 
   // Scratch
   world::KinematicsWorkspace kinematics_work;
@@ -131,27 +130,27 @@ struct ContactController::Impl {
       core::throw_invalid(field, std::to_string(body), "the index of a robot's link");
   }
 
-  /// Softness of the arm at a contact, J_u K⁻¹ J_uᵀ [m/N]. @param row  of J_u
+  /// Compliance of the arm at a contact, J_u K⁻¹ J_uᵀ [m/N]. @param row  index of the row of J_u
   double calc_softness(Index row) const {
     double out = 0;
     for (Index j = 0; j < J_u.cols(); ++j) out += J_u(row, j) * J_u(row, j) / robot.stiffness[j];
     return out;
   }
 
-  /// How far tracking alone would go against the force of a contact, −J_u (q_track − q) [m].
+  /// Distance by which tracking alone would move into a contact, −J_u (q_track − q) [m].
   double calc_advance(Index row, const ControllerState& state) const {
     double out = 0;
     for (Index j = 0; j < J_u.cols(); ++j) out -= J_u(row, j) * (null_command[j] - state.q[j]);
     return out;
   }
 
-  /// A contact as a wall where it was last seen, (C.15).
+  /// A contact modelled as a wall at the place where it was last seen, (C.15).
   struct Wall {
-    double beyond = 0;   ///< how far the arm has come into it, as a force [N]
-    double allowed = 0;  ///< how hard it may be pressed [N]
-    bool holds = false;  ///< tracking alone would press it harder
+    double beyond = 0;   ///< penetration of the arm into the wall, as a force of the joint springs [N]
+    double allowed = 0;  ///< largest force on the wall [N]
+    bool holds = false;  ///< whether tracking alone would exceed this force
   };
-  /// @param row  of J_u    @param bound  λ_max [N]
+  /// @param row  index of the row of J_u    @param bound  λ_max [N]
   Wall calc_wall(FilteredContact& k, Index row, const ControllerState& state, double bound) const {
     Wall out;
     const double softness = calc_softness(row);
@@ -164,7 +163,7 @@ struct ContactController::Impl {
     return out;
   }
 
-  /// What a contact is pressed with beside springs at rest: by joints that move, and by contacts too weak to count [N].                  (C.18)
+  /// Part of a contact force that springs at rest do not explain: moving joints and contacts too weak to count cause it [N].              (C.18)
   double calc_excess(FilteredContact& k, double dt) {
     const auto last = std::find_if(predicted.begin(), predicted.end(), [&](const Predicted& p) { return p.id == k.contact.id; });
     if (last == predicted.end()) return 0;
@@ -173,7 +172,9 @@ struct ContactController::Impl {
     return k.contact.force_W.norm() - *k.at_rest;
   }
 
-  /// Rows (5.4) of the contacts that count: those above the threshold, and those that counted a tick ago until their bound holds nothing back.     (C.15)
+  /// Fills the rows (5.4) of the contacts that count: contacts above the threshold, and contacts that counted in the last tick, as long as
+  /// their bound
+  /// still limits the motion.     (C.15)
   void take_contacts(const ControllerState& state, double dt) {
     command.taken.clear();
     const bool gradual = options.law == Law::ContactAware && solve_tracking(state) == Status::Solved;
@@ -198,7 +199,7 @@ struct ContactController::Impl {
     std::erase_if(filter.known, [&](const FilteredContact& k) { return !k.seen && !k.counts; });
   }
 
-  /// ‖λ_pred − λ_est‖_∞ over the contacts that are there and were there a tick ago.
+  /// ‖λ_pred − λ_est‖_∞ over the contacts that are measured now and were predicted in the last tick.
   double calc_force_error() const {
     double worst = 0;
     for (std::size_t k = 0; k < command.taken.size(); ++k) {
@@ -208,7 +209,7 @@ struct ContactController::Impl {
     return worst;
   }
 
-  /// Where nothing is felt any more, what contacts held back is made up for in the release time in every direction.                       (C.17)
+  /// After the last contact is lost, the command catches up with the reference within the release time, in every direction.               (C.17)
   void calc_release_damping(double dt) {
     const auto end = seen.begin() + static_cast<std::ptrdiff_t>(command.taken.size());
     const bool felt = std::any_of(seen.begin(), end, [](char s) { return s != 0; });
@@ -217,7 +218,7 @@ struct ContactController::Impl {
     touched = !command.taken.empty();
   }
 
-  /// E and e of the tool at the measured joints: position over the tool length, rotation vector.
+  /// Fills E and e of the tool at the measured joint positions: position divided by the tool length, then rotation vector.
   void calc_task(const ToolReference& tool) {
     const world::Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(tool.body)];
     const world::Pose X_WT = X_WB * tool.X_BT;
@@ -228,7 +229,8 @@ struct ContactController::Impl {
     e.tail<3>() = turn.angle() * turn.axis();
   }
 
-  /// Joints: the reference. Beside a tool the posture is got nearer in its time constant: what contacts have left of it is not made up for in a tick.
+  /// Sets the wanted posture: the joint reference. If a tool is tracked, the posture approaches the reference with its time constant, so a
+  /// deviation caused by contacts is not corrected in one tick.
   void calc_wanted(const ControllerState& state, double dt) {
     wanted = state.q_ref;
     if (state.tool != nullptr) wanted = command.q_cmd + dt / (options.posture_time_constant + dt) * (wanted - command.q_cmd);
@@ -253,7 +255,8 @@ struct ContactController::Impl {
     return status;
   }
 
-  /// q_track: what tracks best without a contact. @param rate  weight of ‖q_cmd − q_cmd⁻‖²; with it H has the factor of the cost
+  /// Computes q_track, the best tracking command without contacts. @param rate  weight of ‖q_cmd − q_cmd⁻‖²; H then holds the factor of the
+  /// cost
   Status solve_tracking(const ControllerState& state, double rate = 0) {
     const Index n = model->n_a();
     if (state.tool == nullptr && rate == 0) {

@@ -12,14 +12,16 @@
 
 namespace stiction::control {
 
-/// What computes the command of a tick.
+/// The control law that computes the command of a tick.
 enum class Law {
   ContactAware,   ///< the program of contact_qp.hpp
-  Unconstrained,  ///< baseline: tracking alone, without forces and limits
-  /// Baseline: stiffness-consistent null space with the force as an equality,
-  /// q_cmd = q + (I − J^{K+} J_u)(q_ref − q) − K⁻¹ J_uᵀ λ_max, until the reference leaves, (5.30) with its sign corrected; from then on tracking alone.
+  Unconstrained,  ///< baseline: tracks the reference and ignores forces and limits
+  /// Baseline: stiffness-consistent null space, with the contact force as an equality,
+  /// q_cmd = q + (I − J^{K+} J_u)(q_ref − q) − K⁻¹ J_uᵀ λ_max. Once the reference leaves the contact,
+  /// (5.30) with its sign corrected, this law only tracks.
   NullSpace,
-  /// Baseline: the early published form. The force of the strongest contact as an equality from the threshold on, (C.19), whether the reference leaves or not.
+  /// Baseline: the early published form. The force of the strongest contact is an equality as soon as it exceeds the threshold, (C.19),
+  /// even if the reference leaves the contact.
   ForceEquality,
 };
 
@@ -27,37 +29,40 @@ struct ControllerOptions {
   Law law = Law::ContactAware;
   ContactQpOptions qp{};
   ForceDampingOptions damping{};
-  double lambda_max = 15;             ///< bound of every contact that brings none of its own [N], > 0
-  double force_threshold = 5;         ///< contacts with less force are left out [N], ≥ 0; below the bound
-  double force_time_constant = 0.05;  ///< low-pass on the force of a contact [s], ≥ 0, from the first measurement on
-  /// A contact that is lost, or weaker than the threshold, stays bounded where it was last seen, as if it were the only one, until the reference asks for no
-  /// more than its bound, which grows by λ_max in this time [s], > 0, (C.15): to forget it at once would be answered by a push.
+  double lambda_max = 15;             ///< force bound of every contact without a bound of its own [N], > 0
+  double force_threshold = 5;         ///< contacts with less force are ignored [N], ≥ 0 and below the bound
+  double force_time_constant = 0.05;  ///< of the low-pass on contact forces [s], ≥ 0; the filter starts at the first measurement
+  /// Time in which the bound of a lost contact grows by λ_max [s], > 0, (C.15). A contact that is lost or weaker than the threshold stays
+  /// bounded where it was last seen, as if it were the only contact, until the reference asks for no more than its bound. If the controller
+  /// forgot the contact at once, the arm would push into it.
   double release_time = 0.5;
-  int max_contacts = 8;                ///< room; of more than these those with the largest forces are taken, 0 to kMaxContacts
-  double revolute_speed = 1.5;         ///< of commands [rad/s], > 0
-  double prismatic_speed = 0.25;       ///< [m/s], > 0
-  Eigen::VectorXd torque{};            ///< of the joint springs (n_a) [N m], > 0; empty: not bounded
-  double posture_time_constant = 0.5;  ///< in which the posture beside a tool is got nearer [s], ≥ 0
-  double tool_length = 0.5;            ///< a metre of the tool counts as 1/this radians [m], > 0
+  int max_contacts = 8;                ///< 0 to kMaxContacts; if there are more contacts, those with the largest forces are used
+  double revolute_speed = 1.5;         ///< largest speed of commands of revolute joints [rad/s], > 0
+  double prismatic_speed = 0.25;       ///< the same of prismatic joints [m/s], > 0
+  Eigen::VectorXd torque{};            ///< largest torque of the joint springs (n_a) [N m], > 0; empty: unbounded
+  double posture_time_constant = 0.5;  ///< with which joints approach the preferred posture while a tool is tracked [s], ≥ 0
+  double tool_length = 0.5;            ///< a position error of this length counts as much as 1 rad of the tool [m], > 0
   void validate() const;               ///< @throws core::InvalidInput naming the field
 };
 
-/// Options of Law::ForceEquality as published: one contact, counted from two thirds of the bound on (10 of 15 N), its force through a low-pass of 0.5 Hz.
+/// Options of Law::ForceEquality as published: one contact, which counts above two thirds of the bound (10 of 15 N), with a 0.5 Hz low-pass
+/// on its force.
 ControllerOptions make_early_form(ControllerOptions options);
 
 /// A force on the robot, measured or estimated.
 struct ContactForce {
-  int id = 0;     ///< the same contact has the same number in the next tick, so that its force can be predicted
-  int body = -1;  ///< link that is touched
+  int id = 0;                                         ///< a contact keeps its number from tick to tick, so that its force can be predicted
+  int body = -1;                                      ///< the touched link
   Eigen::Vector3d p_WC = Eigen::Vector3d::Zero();     ///< [m]
-  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< on the robot [N]
-  std::optional<double> lambda_max{};                 ///< own bound [N], > 0
-  /// Of one of several explanations of the same torques, of which one is true: bounded as if there were no other.
+  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< force on the robot [N]
+  std::optional<double> lambda_max{};                 ///< force bound of this contact [N], > 0
+  /// True if this contact belongs to one of several explanations of the same torques, of which only one is true. The controller then bounds
+  /// its force as if the other explanations did not exist.
   bool alternative = false;
-  int set = 0;  ///< of the explanations: contacts with the same number act together; ≥ 0
+  int set = 0;  ///< number of the explanation, ≥ 0: contacts of one explanation act together
 };
 
-/// Where a point fixed in a link is to be.
+/// Desired pose of a tool frame that is fixed in a link.
 struct ToolReference {
   int body = -1;
   world::Pose X_BT;
@@ -65,29 +70,30 @@ struct ToolReference {
 };
 
 struct ControllerState {
-  double time = 0;  ///< of the measurement [s]
+  double time = 0;  ///< time of the measurement [s]
   VectorRef q;      ///< robot joints (n_a) [rad or m]
-  VectorRef q_ref;  ///< of the next tick (n_a); with a tool: the posture that is preferred
+  VectorRef q_ref;  ///< reference of the next tick (n_a); with a tool: the preferred posture
   std::span<const ContactForce> contacts;
-  const ToolReference* tool = nullptr;  ///< null: joints are tracked
-  /// Of the joint speeds of the options, with which commands change at most, in (0, 1]. The rate goes before bounds of forces: a contact that is not there, or a bound that
-  /// jumps, then pushes no command out of a slow motion.
+  const ToolReference* tool = nullptr;  ///< null: the controller tracks q_ref
+  /// Share of the joint speeds of the options at which commands may change, in (0, 1]. The rate limit has priority over force bounds, so
+  /// during a slow motion a false contact or a jump of a bound cannot make the command jump.
   double speed_share = 1;
 };
 
-/// The command of a tick and what it rests on; vectors over the contacts of `taken`.
+/// The command of a tick and the quantities from which it was computed. Vectors over contacts have the order of `taken`.
 struct ControllerCommand {
-  core::Status status = core::Status::NumericalFailure;  ///< not Solved: the command of the tick before
+  core::Status status = core::Status::NumericalFailure;  ///< if not Solved, q_cmd is the command of the last tick
   Eigen::VectorXd q_cmd;                                 ///< (n_a)
-  bool held = false;                                     ///< the measurement is not younger than the last one: nothing was computed
-  std::vector<ContactForce> taken;                       ///< contacts that count, with their forces after the low-pass
-  int left_out = 0;                                      ///< contacts for which there was no room
-  double damping = 0;                                    ///< w
-  ContactVector bound;  ///< of each contact in the program: λ_max less what springs at rest do not explain (C.18) [N]
-  ContactQpResult qp;   ///< forces predicted, slack; of Law::ContactAware
+  bool held = false;                                     ///< true if the measurement is no newer than the last one: nothing was computed
+  std::vector<ContactForce> taken;                       ///< contacts in the program, with low-passed forces
+  int left_out = 0;                                      ///< number of contacts beyond max_contacts
+  double damping = 0;                                    ///< w of (5.24) [-]
+  ContactVector bound;  ///< bound of each contact: λ_max minus the force that springs at rest do not explain (C.18) [N]
+  ContactQpResult qp;   ///< predicted forces and slacks; Law::ContactAware only
 };
 
-/// A controller as ros2_control shapes one: configured once, then one update a tick, real-time safe after that. Belongs to one thread.
+/// The contact controller, with the life cycle of ros2_control: configure() once, then update() in each tick, real-time safe after the
+/// first tick. Belongs to one thread.
 ///
 /// Example: tests/control/controller_example.cpp. Tests: tests/control/controller_test.cpp
 class ContactController {
@@ -97,10 +103,10 @@ class ContactController {
   ~ContactController();
   ContactController(ContactController&&) noexcept;
 
-  /// Starts anew with the present joint positions as command. @throws core::InvalidInput: size, not finite
+  /// Resets the controller. The present joint positions become the command. @throws core::InvalidInput: size, not finite
   void configure(VectorRef q);
 
-  /// The next command. @param dt  for which it holds [s], > 0
+  /// Computes the next command. @param dt  duration for which the command holds [s], > 0
   /// @throws core::InvalidInput: sizes, numbers that are not finite, dt ≤ 0, a bound ≤ 0, a link that is not the robot's
   /// No heap use after the first tick. The result is valid until the next call.
   const ControllerCommand& update(const ControllerState& state, double dt);

@@ -19,20 +19,21 @@ struct Equilibrium {
   Eigen::VectorXd lambda;  ///< (m) [N]
 };
 
-/// The next equilibrium, the minimum of ½ (u − q⁺)ᵀ K (u − q⁺) subject to J_u (q⁺ − q) = 0:
+/// Computes the next equilibrium, the minimum of ½ (u − q⁺)ᵀ K (u − q⁺) subject to J_u (q⁺ − q) = 0:
 ///
 ///   λ = −L J_u (u − q) ,  q⁺ = q + (I − K⁻¹ J_uᵀ L J_u) (u − q) ,  L = (J_u K⁻¹ J_uᵀ)⁻¹                                     (C.1), thesis (5.9)
 ///
 /// @param K    diagonal of the joint stiffness (n) [N m/rad or N/m], > 0
 /// @param J_u  (m × n), of full row rank
 /// @param q, u measured and commanded joint positions (n) [rad or m]
-/// @returns Solved | NumericalFailure: J_u has not full row rank; `out` is then not filled
+/// @returns Solved | NumericalFailure: J_u does not have full row rank; `out` is then not filled
 /// @throws  core::InvalidInput: sizes, K not positive
 /// Tests: tests/control/quasi_static_test.cpp
 [[nodiscard]] core::Status calc_equilibrium(VectorRef K, MatrixRef J_u, VectorRef q, VectorRef u, Equilibrium& out);
 
-/// J^{K+} = K⁻¹ J_uᵀ L (n × m): the pseudo-inverse for which what I − J^{K+} J_u lets through moves no contact point, not even on the way to
-/// equilibrium; thesis (5.19)–(5.21). With it (C.1) reads  q⁺ = q + (I − J^{K+} J_u)(u − q) ,  λ = −(J^{K+})ᵀ K (u − q).
+/// Computes J^{K+} = K⁻¹ J_uᵀ L (n × m), the stiffness-consistent pseudo-inverse: commands projected by I − J^{K+} J_u move no contact
+/// point, not even on the way to equilibrium; thesis (5.19)–(5.21). With it (C.1) reads  q⁺ = q + (I − J^{K+} J_u)(u − q) ,
+/// λ = −(J^{K+})ᵀ K (u − q).
 /// @returns Solved | NumericalFailure: J_u has not full row rank    @throws as calc_equilibrium
 [[nodiscard]] core::Status calc_stiffness_consistent_inverse(VectorRef K, MatrixRef J_u, Eigen::MatrixXd& out);
 

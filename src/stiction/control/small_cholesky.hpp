@@ -3,15 +3,15 @@
 #include <Eigen/Core>
 #include <cmath>
 
-// Cholesky factors of the leading blocks of matrices that were sized once: real-time code neither allocates nor dispatches on size.
+// Cholesky factors of leading blocks of preallocated matrices: real-time code neither allocates nor dispatches on size.
 
 namespace stiction::control {
 
-/// Rows lie one after the other, as the loops below run.
+/// Row-major, in the order of the loops below.
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// A = C Cᵀ over the leading n × n block, of which the lower triangle is read and replaced by C.
-/// @returns false where a pivot is not a number > 0: A is not positive definite
+/// A = C Cᵀ over the leading n × n block. Reads the lower triangle and replaces it by C.
+/// @returns false if a pivot is not a number > 0, that is, if A is not positive definite
 inline bool factor_cholesky(RowMatrix& A, Eigen::Index n) {
   for (Eigen::Index j = 0; j < n; ++j) {
     double* row_j = A.data() + j * A.outerStride();

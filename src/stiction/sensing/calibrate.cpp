@@ -26,7 +26,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kTouched = 8;  // robust deviations from the median of its record from which on a row is touched
+constexpr double kTouched = 8;  // robust deviations from the median of the record above which a row counts as touched
 
 void require_rows(const world::Model& model, const RestRows& rows) {
   const Index n = rows.tau.cols();
@@ -59,8 +59,8 @@ MatrixXd select_rows(const MatrixXd& all, const std::vector<int>& joints) {
 using Records = std::vector<std::vector<int>>;  ///< rows of each record, in the order in which they come
 
 struct FoundRecords {
-  Records rest;                     ///< without rows that are touched, or have not settled after a touch; none is empty
-  std::vector<AfterTouch> touches;  ///< of each record in which something touches
+  Records rest;                     ///< records without touched rows and rows not yet settled after a touch; none is empty
+  std::vector<AfterTouch> touches;  ///< touches of each record that has any
 };
 
 FoundRecords find_records(const RestRows& rows, double settle) {
@@ -102,7 +102,7 @@ VectorXd mean_of(const MatrixXd& tau, const std::vector<int>& record) {
   return out / static_cast<double>(record.size());
 }
 
-/// Takes rows with a torque that is far from the others of a record of at least five rows out of the records.
+/// Removes rows with a torque far from the others of their record, in records of at least five rows.
 void leave_out_touched(const RestRows& rows, Records& records, Calibration& out) {
   constexpr std::size_t kFew = 5;
   constexpr double kNormal = 1.4826, kShare = 0.25;
@@ -138,7 +138,7 @@ void leave_out_touched(const RestRows& rows, Records& records, Calibration& out)
     out.notes.push_back(fmt::format("rows {} are left out: something seems to touch the robot there", fmt::join(out.touched, ", ")));
 }
 
-/// Correlations, shrunk by the share of them that the errors of so few rows explain.
+/// Correlations, shrunk by the share that the errors of few rows explain.
 MatrixXd shrink(const MatrixXd& correlation, double freedom) {
   const Index n = correlation.rows();
   double error = 0, square = 0;
@@ -194,7 +194,7 @@ bool is_same_posture(const RestRows& rows, const std::vector<int>& a, const std:
   return (rows.q.col(a.front()) - rows.q.col(b.front())).cwiseAbs().maxCoeff() <= most;
 }
 
-/// Records by posture, and the noise that remains if the rest comes from another record of the posture.
+/// Groups records by posture, and computes the noise if the rest comes from another record of the posture.
 void find_between(const RestRows& rows, const Records& records, double same, Calibration& out) {
   std::vector<std::vector<std::size_t>> postures;
   for (std::size_t r = 0; r < records.size(); ++r) {
@@ -243,7 +243,7 @@ void find_drift(const RestRows& rows, const Records& records, Calibration& out) 
       }
   const double spread = count * sum_tt - sum_t * sum_t;
   if (!(spread > 1e-9 * count * sum_tt)) return;
-  // A walk that makes less than the noise itself even over the longest time is not told from none.
+  // A drift that stays below the noise even over the longest time cannot be detected.
   const VectorXd slope = (count * sum_ty - sum_t * sum_y) / spread, variance = 0.5 * (sum_y - slope * sum_t) / count;
   out.drift = (longest * slope.array() > variance.array()).select(slope, 0).cwiseMax(0).cwiseSqrt();
 }
@@ -261,7 +261,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> gravity_columns(const world::Model& mod
   return out;
 }
 
-/// Offsets of all records as one offset a joint and a rigid body on a link, in units of the noise between records.
+/// Fits the offsets of all records by one offset per joint and a rigid body on a link, in units of the noise between records.
 void find_payload(const world::Model& model, const RestRows& rows, const std::vector<int>& joints, const Records& records, int body,
                   Calibration& out) {
   constexpr int kPostures = 3;
@@ -333,7 +333,7 @@ TorqueNoise Calibration::calc_noise(VectorRef touch, double seconds, int rest_ro
 
 namespace {
 
-/// Σ of some joints as that of all, 1 of the others.
+/// Expands Σ of the measured joints to all joints, with 1 for the others.
 MatrixXd spread(const MatrixXd& some, const std::vector<int>& joints, Index n) {
   if (some.size() == 0) return some;
   MatrixXd out = MatrixXd::Identity(n, n);

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kDrop = 18;  // e^−18 of the largest value counts as nothing
-constexpr double kFar = 4;    // ½(T² − t²) of the nearest direction of the cone from which on e is far outside
+constexpr double kFar = 4;    // e is far outside if ½(T² − t²) of the nearest direction of the cone exceeds this
 
 struct Node {
   double x, weight;
@@ -142,7 +142,7 @@ double near_edge(const Edge& edge, double T, int pole, double shift) {
   if (0.5 * (T * T - t_near * t_near) > kDrop && t_near > 0 && pole > 0) return sign * all * turn;
   const double s = std::max(std::abs(edge.s), 1e-12), quarter = 0.5 * kPi * (1 - 1e-9);
   double sum = 0;
-  // From here on S(t) is nothing beside S(T).
+  // From here on S(t) is negligible against S(T).
   const double v_gone = pole > 0 && T * T > 2 * kDrop
                             ? std::asinh(std::sqrt(std::max(0.0, T * T * edge.c * edge.c / (T * T - 2 * kDrop) - 1)) / s)
                             : std::numeric_limits<double>::infinity();
@@ -230,7 +230,7 @@ double ConeEvidence::log_integral(const Matrix3d& H, const Vector3d& b) const {
   const Eigen::LLT<Matrix3d> factor(H);
   const Matrix3d L = factor.matrixL();
   const Vector3d scaled = L.triangularView<Eigen::Lower>().solve(b);
-  constexpr double kLeast = 1e-4;  // below it T changes nothing
+  constexpr double kLeast = 1e-4;  // a smaller T has no effect
   const double T = std::max(scaled.norm(), kLeast);
   const Vector3d e = scaled.norm() > 0 ? Vector3d(scaled.normalized()) : (L.transpose() * Vector3d::UnitX()).normalized();
   const double shift = -0.5 * minimize_polyhedral(H, b, cone_).value;

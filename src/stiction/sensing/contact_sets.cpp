@@ -81,7 +81,7 @@ class Search {
   const JointProblem& problem() const { return problem_; }
 
  private:
-  /// Single points spread over every link, whatever they leave by themselves.
+  /// Single points spread over every link, regardless of their residual.
   void extend_samples() {
     for (int link = 0; link < static_cast<int>(sensor_.links().size()); ++link) {
       const auto samples = static_cast<int>(sensor_.links()[at(link)].samples.size()), n = std::min(samples, options_.starts);
@@ -99,7 +99,7 @@ class Search {
     evaluate(problem_, work_.joint, set);
   }
 
-  /// Adds to a set, on every link, the `most` samples that leave least when its own forces may have any value.
+  /// Extends a set on every link by the `most` samples with the least residual when its own forces may have any value.
   void extend(const ContactSet& set, int most) {
     extension_.hold(set);
     for (int link = 0; link < static_cast<int>(sensor_.links().size()); ++link)
@@ -112,11 +112,12 @@ class Search {
       }
   }
 
-  /// From where a descent ended that explains almost, which is at a crease of a surface more often than in a hollow: one contact after the
-  /// other goes to the best sample of its link beside the others, and all descend again, as long as that lowers the objective.
+  /// Restarts a descent whose end almost explains the torques: such ends lie at creases of a surface more often than in a minimum. One
+  /// contact after the other jumps to the best sample of its link beside the others, and all descend again, as long as this lowers the
+  /// objective.
   void restart(ContactSet& set) {
     constexpr int kRounds = 3;
-    constexpr double kAlmost = 30;  // times what of the torques an explanation may leave
+    constexpr double kAlmost = 30;  // an objective up to this many times the explained bound almost explains the torques
     bool lower = set.objective <= kAlmost * kAlmost * out_.explained;
     for (int round = 0; round < kRounds && lower && set.objective > out_.explained; ++round) {
       lower = false;
@@ -139,7 +140,7 @@ class Search {
     descend(problem_, options_.descent, out_.explained, work_.joint, set);
   }
 
-  /// Descends from the best sets of every combination of links, none of them near another one.
+  /// Descends from the best sets of every combination of links; the starts are not near each other.
   void refine(int count) {
     work_.found.clear();
     std::sort(work_.grown.begin(), work_.grown.end(), [](const ContactSet& a, const ContactSet& b) {
@@ -167,7 +168,7 @@ class Search {
     descend_joint(set);
     restart(set);
     for (int i = 0; i < count; ++i)
-      if (set.contacts[at(i)].f_L.isZero(0)) return;  // fewer contacts do as well
+      if (set.contacts[at(i)].f_L.isZero(0)) return;  // fewer contacts explain the torques as well
     arrange(set);
     work_.found.push_back(set);
   }
@@ -180,7 +181,7 @@ class Search {
   SetExtension extension_;
 };
 
-/// The set `best` and all after it on the same links become a group.
+/// Makes a group of the set `best` and all later sets on the same links.
 void add_group(const JointProblem& problem, JointWorkspace& joint, const std::vector<ContactSet>& found, std::size_t best,
                ContactSetResult& out) {
   ContactGroup group{.first = static_cast<int>(out.sets.size())};
@@ -195,7 +196,7 @@ void add_group(const JointProblem& problem, JointWorkspace& joint, const std::ve
   out.groups.push_back(group);
 }
 
-/// The sets that explain, by combination of links, the best combination first; the best set where none does.
+/// Collects the sets that explain the torques by combination of links, the best combination first; if none explains them, the best set.
 void collect(const JointProblem& problem, JointWorkspace& joint, std::vector<ContactSet>& found, ContactSetResult& out) {
   std::sort(found.begin(), found.end(), is_better);
   const bool any = !found.empty() && found.front().objective <= out.explained;

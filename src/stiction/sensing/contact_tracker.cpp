@@ -61,13 +61,13 @@ void ContactTracker::grow(const JointProblem& problem, double enough, std::span<
   for (std::size_t k = 0; k < std::min(grown_.size(), at(options_.descents)); ++k) descend_from(problem, enough, grown_[k]);
 }
 
-/// What of a set that needs all its contacts.
+/// Descends from a set, and keeps the end if it needs all its contacts.
 void ContactTracker::descend_from(const JointProblem& problem, double enough, ContactSet set) {
   ++descents_;
   joint_.active_set.forget();
   descend(problem, options_.descent, enough, joint_, set);
   for (int i = 0; i < set.count; ++i)
-    if (set.contacts[at(i)].f_L.isZero(0)) return;  // fewer contacts do as well
+    if (set.contacts[at(i)].f_L.isZero(0)) return;  // fewer contacts explain the torques as well
   arrange(set);
   sets_.push_back(set);
 }

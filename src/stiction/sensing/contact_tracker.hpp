@@ -10,27 +10,27 @@ namespace stiction::sensing {
 
 struct ContactTrackerOptions {
   FrictionCone cone{1, 4};  ///< polyhedral
-  int pool = 6;             ///< sets that are kept from call to call, ≥ 1
-  int parents = 2;          ///< sets of one contact less to which a call seeks a further one, ≥ 1
-  int descents = 2;         ///< from new sets in a call, ≥ 1
-  double merge = 3;         ///< of sets all of whose contacts are nearer than this many sample spacings the best is kept, ≥ 0
+  int pool = 6;             ///< number of sets kept from call to call, ≥ 1
+  int parents = 2;          ///< number of sets with one contact less that a call extends, ≥ 1
+  int descents = 2;         ///< number of descents from new sets in a call, ≥ 1
+  double merge = 3;         ///< sets whose contacts are all nearer than this many sample spacings are merged to the best one, ≥ 0
   JointDescent descent{.max_steps = 8};
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
-/// What a call of ContactTracker is told; refers to its parts.
+/// Inputs of ContactTracker::update(), held by reference.
 struct ContactTrackerInput {
   const ContactRows& rows;
   double prior;                         ///< ρ of (Y.9) [m²]
   double noise;                         ///< σ [N·m]
-  double enough;                        ///< objective up to which rows count as explained [(N·m)²]
+  double enough;                        ///< largest objective at which rows count as explained [(N·m)²]
   std::span<const ContactSet> parents;  ///< sets of one contact less, the likeliest first
 };
 
-/// Sets of contacts that act together, followed through a loop whose calls may not take long. A call leads the sets of the last one down from where they were
-/// (Y.10), and tries a few new ones: to some of the parents, in turn, the samples are added that leave least (Y.10a), one on each link, and the best of these are led
-/// down. So the search of contact_sets.hpp is spread over many calls, and the work of one is bounded: pool + descents descents of at most `descent.max_steps` steps,
-/// and a residual of each sample for each parent. Belongs to one thread.
+/// Tracks sets of simultaneous contacts in a control loop, where each call must be short. A call descends from the sets of the last call
+/// (Y.10) and tries a few new sets: it extends some of the parents, in turn, by the sample with the least residual on each link (Y.10a),
+/// and descends from the best of these. The search of contact_sets.hpp is thus spread over many calls, and the work of one call is bounded:
+/// pool + descents descents of at most `descent.max_steps` steps, and one residual per sample and parent. Belongs to one thread.
 /// Tests: tests/sensing/contact_tracker_test.cpp
 class ContactTracker {
  public:
@@ -41,8 +41,8 @@ class ContactTracker {
   void reset();
 
   int count() const { return count_; }
-  const std::vector<ContactSet>& sets() const { return sets_; }  ///< by objective, whether they explain the torques or not
-  int descents() const { return descents_; }                     ///< of the last call
+  const std::vector<ContactSet>& sets() const { return sets_; }  ///< by objective, including sets that do not explain the torques
+  int descents() const { return descents_; }                     ///< number of descents in the last call
 
  private:
   void grow(const JointProblem& problem, double enough, std::span<const ContactSet> parents);
@@ -55,7 +55,7 @@ class ContactTracker {
   JointWorkspace joint_;
   ExtensionWorkspace extension_;
   std::vector<ContactSet> sets_, before_, grown_;
-  std::size_t turn_ = 0;  ///< of the parents
+  std::size_t turn_ = 0;  ///< next parent to extend
   int descents_ = 0;
 };
 

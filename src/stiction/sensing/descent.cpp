@@ -50,8 +50,8 @@ bool is_explained(const DescentProblem& problem, double residual) {
   return residual <= problem.tolerance * problem.tolerance * problem.torque.tau_tau;
 }
 
-/// Whether two steps, a → b → c, lead back to where the first began, by so far that all steps that are allowed would add up to less than one: two facets
-/// that send the point to each other.
+/// Whether two steps a → b → c return so nearly to the start that all allowed steps together would progress by less than one step: two
+/// facets send the point to each other.
 bool returns(const ContactPoint& a, const ContactPoint& b, const ContactPoint& c, int max_steps) {
   return a.triangle == c.triangle && max_steps * (c.p_L - a.p_L).norm() < (c.p_L - b.p_L).norm();
 }
@@ -116,7 +116,7 @@ int fill_columns(const ContactPoint& point, const Residual& r, const Matrix3d& R
   return n;
 }
 
-/// Products of the force coordinates' directions, of which ρ is a weight: fill_columns has them as the lower halves of its columns.
+/// Products of the directions of the force coordinates, weighted by ρ; they are the lower halves of the columns of fill_columns.
 void add_prior(double prior, const Eigen::Matrix<double, 6, 5>& W, int forces, Eigen::Matrix<double, 5, 5>& N) {
   N.topLeftCorner(forces, forces) += prior * W.block(3, 0, 3, forces).transpose() * W.block(3, 0, 3, forces);
 }
@@ -144,7 +144,7 @@ Vector3d calc_step(const DescentProblem& problem, const ContactPoint& point, dou
   return x[n - 2] * R_LC.col(1) + x[n - 1] * R_LC.col(2);
 }
 
-/// Whether an earlier descent ended nearby, at least as low.
+/// Whether an earlier descent ended nearby with an l that is not larger.
 bool is_known(const DescentProblem& problem, const ContactPoint& point) {
   return std::any_of(problem.ends.begin(), problem.ends.end(), [&](const ContactPoint& end) {
     return end.link == point.link && end.residual <= point.residual && (end.p_L - point.p_L).squaredNorm() < problem.near * problem.near;
@@ -158,7 +158,7 @@ bool descend(const DescentProblem& problem, const GaussNewton& options, ContactP
   const double settled = std::max(1e-12 * problem.torque.tau_tau, problem.settle);
   double damping = options.damping;
   for (int step = 0; step < options.max_steps; ++step) {
-    if (point.f_L.isZero(0)) return false;  // no force helps: the residual is flat
+    if (point.f_L.isZero(0)) return false;  // no force lowers the residual, which is constant here
     Vector3d move = calc_step(problem, point, damping);
     if (!move.allFinite()) return false;
     const double length = move.norm();

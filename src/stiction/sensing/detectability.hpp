@@ -18,13 +18,13 @@ struct JointLine {
 JointLine find_joint_line(const world::Model& model, int body);
 
 enum class Detectability {
-  Undetectable,  ///< no force of the cone makes a torque
-  Partial,       ///< some do
-  Full           ///< every one does, but 0
+  Undetectable,  ///< no force in the cone causes a torque
+  Partial,       ///< some forces in the cone cause a torque
+  Full           ///< every nonzero force in the cone causes a torque
 };
 
-/// Section 4.4.1 without the linear program (4.7): the torque m·f has one sign on the cone. Polyhedral: all m·v_i ≠ 0 have one sign; exact:
-/// |m·k|/‖m‖ > μ/√(1 + μ²).  (Y.5)
+/// Classifies a contact as in section 4.4.1, without the linear program (4.7): the torque m·f has one sign on the cone. Polyhedral: all
+/// m·v_i ≠ 0 have one sign; exact: |m·k|/‖m‖ > μ/√(1 + μ²).  (Y.5)
 Detectability classify(const Eigen::Vector3d& lever, const Eigen::Matrix3d& R_LC, const FrictionCone& cone);
 
 /// η_ε (4.8): share of the unit forces of the exact cone whose torque is at most ε in size, in [0, 1]. The cone cuts a cap from the unit
@@ -36,7 +36,7 @@ double calc_undetectability(const Eigen::Vector3d& lever, const Eigen::Vector3d&
 /// Area of the intersection of two caps of the unit sphere. @param a, b  their half angles, in [0, π]  @param d  angle between their axes
 double calc_cap_intersection(double a, double b, double d);
 
-/// Both at every sample of a link. @param full  number of fully detectable samples
+/// Result of calc_detectability(): detectability and η_ε at every sample of a link. @param full  number of fully detectable samples
 struct DetectabilityMap {
   std::vector<Detectability> kinds;
   Eigen::VectorXd eta;

@@ -4,7 +4,7 @@
 
 namespace stiction::sensing::detail {
 
-/// Four numbers, which the compiler keeps in one register where the processor has such: samples, boxes or rays at a time.
+/// Four numbers in one SIMD register, if the processor has such: four samples, boxes or rays are processed at a time.
 using V4 = double __attribute__((vector_size(32)));
 
 inline V4 load(const double* p) {

@@ -33,13 +33,13 @@ void fill_steps(const JointProblem& problem, const ContactPoint& point, const Ma
   for (int k = 0; k < 2; ++k) out.col(k).noalias() = problem.rows.J_w[at(point.link)].transpose() * R_LC.col(k + 1).cross(point.f_L);
 }
 
-/// What is left of the torques, Σ J_iᵀ f_i − τ.
+/// Residual torques Σ J_iᵀ f_i − τ.
 void calc_left(const JointProblem& problem, const JointWorkspace& work, const ContactSet& set, Eigen::VectorXd& out) {
   out = -problem.rows.tau;
   for (int i = 0; i < set.count; ++i) out.noalias() += work.forces.maps[at(i)] * work.solution.forces_C[at(i)];
 }
 
-/// The damped normal equations: rays that carry first, then two columns a contact.
+/// The damped normal equations: first the active rays, then two columns per contact.
 void fill_equations(const JointProblem& problem, JointWorkspace& work, const ContactSet& set) {
   const auto carrying = static_cast<Index>(work.active_set.carrying.size()), n = carrying + 2 * set.count;
   const int rays = static_cast<int>(problem.cone.ray_matrix().cols());
@@ -60,7 +60,7 @@ void fill_equations(const JointProblem& problem, JointWorkspace& work, const Con
         work.N(a, b) += problem.prior * problem.cone.ray_matrix().col(i % rays).dot(problem.cone.ray_matrix().col(j % rays));
     }
   calc_left(problem, work, set, work.left);
-  work.gradient.setZero();  // forces are at their best
+  work.gradient.setZero();  // forces are optimal
   work.gradient.segment(carrying, 2 * set.count).noalias() = work.D.middleCols(carrying, 2 * set.count).transpose() * work.left;
 }
 
@@ -137,7 +137,7 @@ void descend(const JointProblem& problem, const JointDescent& options, double en
 void calc_identifiability(const JointProblem& problem, JointWorkspace& work, ContactSet& set) {
   const Index n = 5 * set.count, rows = problem.rows.tau.size();
   work.D.resize(rows, 5 * kMostContacts);
-  SmallVector sizes(n);  // of a unit: forces in F, points in sizes of their links
+  SmallVector sizes(n);  // units: F for forces, link sizes for points
   Eigen::MatrixX3d& map = work.forces.maps[0];
   for (int i = 0; i < set.count; ++i) {
     const ContactPoint& point = set.contacts[at(i)];
@@ -158,7 +158,7 @@ void calc_identifiability(const JointProblem& problem, JointWorkspace& work, Con
   for (int i = 0; i < set.count; ++i) {
     const Index point = 5 * i + 3;
     set.deviation[at(i)] = sizes[point] * std::sqrt(covariance(point, point) + covariance(point + 1, point + 1));
-    constexpr double kMoves = 1e-5;  // of a unit motion of the free ones
+    constexpr double kMoves = 1e-5;  // share of a unit motion of the family (Y.11)
     set.point_is_unique[at(i)] = set.freedom == 0 || null_space.middleRows(point, 2).cwiseAbs().maxCoeff() <= kMoves;
   }
 }

@@ -10,9 +10,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kRounding = 1e-11;  // of a pivot or a slope against what it is the difference of
+constexpr double kRounding = 1e-11;  // of a pivot or slope, relative to the terms of its difference
 
-/// Rays of this call: the leading columns and entries of the workspace, which has room for the most contacts.
+/// Number of rays of this call: the leading columns and entries of the workspace, which has room for kMostContacts.
 Index count_rays(const ForceWorkspace& work) { return static_cast<Index>(work.blocked.size()); }
 
 void fill(const ForceProblem& problem, const FrictionCone& cone, ForceWorkspace& work) {
@@ -31,7 +31,7 @@ void fill(const ForceProblem& problem, const FrictionCone& cone, ForceWorkspace&
   work.linear.head(size).noalias() = rays.transpose() * problem.tau;
 }
 
-/// Appends a row to the Cholesky factor of the carrying rays. @returns whether the ray does not depend on them
+/// Appends a row to the Cholesky factor of the active rays. @returns whether the ray is linearly independent of them
 bool append(ForceWorkspace& work, int ray) {
   const auto n = static_cast<Index>(work.carrying.size());
   auto row = work.factor.row(n);
@@ -49,14 +49,14 @@ bool append(ForceWorkspace& work, int ray) {
 }
 
 void factorize(ForceWorkspace& work) {
-  auto& rays = work.solution;  // as numbers, while the list is filled anew
+  auto& rays = work.solution;  // holds the ray numbers while the list is rebuilt
   const auto n = static_cast<Index>(work.carrying.size());
   for (Index k = 0; k < n; ++k) rays[k] = work.carrying[static_cast<std::size_t>(k)];
   work.carrying.clear();
   for (Index k = 0; k < n; ++k) append(work, static_cast<int>(rays[k]));
 }
 
-/// β of the carrying rays where no bound acts.
+/// β of the active rays without the bounds β ≥ 0.
 void solve_carrying(ForceWorkspace& work) {
   const auto n = static_cast<Index>(work.carrying.size());
   VectorXd& x = work.solution;
@@ -71,7 +71,8 @@ void solve_carrying(ForceWorkspace& work) {
   }
 }
 
-/// Moves β towards the unconstrained solution until all carrying rays are positive there. @returns false where the newest one is not
+/// Moves β towards the unconstrained solution and drops rays until all active rays are positive. @returns false if the newest ray is not
+/// positive
 bool settle(ForceWorkspace& work, int newest) {
   while (!work.carrying.empty()) {
     solve_carrying(work);
@@ -99,7 +100,7 @@ bool settle(ForceWorkspace& work, int newest) {
   return true;
 }
 
-/// Starts from the rays of the last call, if they are all positive together.
+/// Starts from the active rays of the last call, if all of them are positive.
 void start(ForceWorkspace& work) {
   std::erase_if(work.carrying, [&](int ray) { return ray >= count_rays(work); });
   factorize(work);

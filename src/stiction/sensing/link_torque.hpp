@@ -9,12 +9,12 @@ namespace stiction::sensing {
 
 using VectorRef = world::VectorRef;
 
-/// What joint torques say of a force on one link, in the link's frame L. A force f at p makes the torque
+/// Joint torques and the torque map of one link, in the link's frame L, from which residuals are computed. A force f at p makes the torque
 ///     τ(p, f) = J_wᵀ (p × f) + J_vᵀ f = J_Cᵀ f ,   J_C = J_v − [p]× J_w        (Y.1)
-/// with J_w, J_v (3 × n_a) the angular velocity of L and the velocity of its origin. Lengths in the space of torques need only the
-/// triangular factor of [J_wᵀ J_vᵀ τ] = Q R and the products of its columns, so that no cost depends on the number of joints.
+/// with J_w, J_v (3 × n_a) the angular velocity of L and the velocity of its origin. Norms in torque space need only the
+/// triangular factor of [J_wᵀ J_vᵀ τ] = Q R and the products of its columns, so no cost depends on the number of joints.
 struct LinkTorque {
-  static constexpr int kSize = 8;            ///< rows of R, the last of them zeros so that they fill registers of four numbers
+  static constexpr int kSize = 8;            ///< rows of R, padded with zeros to a multiple of four for SIMD registers
   Eigen::Matrix<double, kSize, 3> R_w, R_v;  ///< J_wᵀ, J_vᵀ
   Eigen::Matrix<double, kSize, 1> R_tau;     ///< τ
   Eigen::Matrix3d ww, wv, vv;                ///< J_w J_wᵀ [-], J_w J_vᵀ [m], J_v J_vᵀ [m²]
@@ -33,7 +33,7 @@ struct LinkTorque {
   /// J_Cᵀ at p, up to an orthogonal factor.
   Eigen::Matrix<double, kSize, 3> torque_map(const Eigen::Vector3d& p) const { return R_v + R_w * skew(p); }
 
-  /// J_w r and J_v r of r = τ(p, f) − τ.
+  /// J_w r and J_v r for r = τ(p, f) − τ.
   Eigen::Vector3d w_residual(const Eigen::Vector3d& p, const Eigen::Vector3d& f) const { return ww * p.cross(f) + wv * f - w_tau; }
   Eigen::Vector3d v_residual(const Eigen::Vector3d& p, const Eigen::Vector3d& f) const {
     return wv.transpose() * p.cross(f) + vv * f - v_tau;

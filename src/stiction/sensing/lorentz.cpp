@@ -40,7 +40,7 @@ struct Tangential {
 };
 
 Vector2d solve(const Vector2d& d, const Vector2d& b) {
-  return {b[0] != 0 ? b[0] / d[0] : 0, b[1] != 0 ? b[1] / d[1] : 0};  // what no force acts on stays
+  return {b[0] != 0 ? b[0] / d[0] : 0, b[1] != 0 ? b[1] / d[1] : 0};  // a component without gradient stays 0
 }
 
 Tangential calc_tangential(const Planar& P, double mu, double s) {

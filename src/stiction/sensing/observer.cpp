@@ -95,7 +95,8 @@ class Momentum {
   Eigen::Matrix3Xd J_w_, J_v_;
 };
 
-/// Least squares of dry friction, viscous friction and offset. Friction takes energy out: one that comes out below 0 is none, and the others are fitted without it.
+/// Least squares of dry friction, viscous friction and offset. Friction dissipates energy: a negative coefficient is set to 0, and the
+/// others are fitted again.
 Vector3d solve_friction(const MatrixXd& columns, const VectorXd& torques) {
   Vector3d out = columns.colPivHouseholderQr().solve(torques);
   if (out[0] >= 0 && out[1] >= 0) return out;
@@ -134,7 +135,7 @@ MatrixXd observe(const world::Model& model, const MotionRecord& record, const Ob
   for (Index i = 1; i < out.cols(); ++i) {
     const double dt = record.times[static_cast<std::size_t>(i)] - record.times[static_cast<std::size_t>(i) - 1];
     const VectorXd p_next = momentum.calc(record.q.col(i), record.v.col(i)), known_next = forces(i);
-    // Over the step the external torque has the mean ṗ less the mean of what is known, and r goes towards it.
+    // The mean external torque of the step is the mean of ṗ minus that of the known torques; r moves towards it.
     const VectorXd mean = (p_next - p) / dt - 0.5 * (known + known_next);
     out.col(i) = out.col(i - 1) + gain_of(dt, settings.time_constant) * (mean - out.col(i - 1));
     p = p_next;

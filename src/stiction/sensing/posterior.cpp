@@ -18,7 +18,7 @@ namespace {
 constexpr double kDrop = 14;  // places e^−14 less likely than the best carry no weight
 constexpr double kCredible = 0.95;
 constexpr int kMostPatches = 120, kMostIntegrals = 20;  // on each link
-constexpr int kFewIntegrals = 6;                        // on a link that has less than kUnlikely of what the likeliest one has
+constexpr int kFewIntegrals = 6;                        // on a link with less than kUnlikely times the probability of the likeliest link
 constexpr double kUnlikely = 1e-3;
 
 using Columns = Eigen::Matrix<double, LinkTorque::kSize, 3>;
@@ -26,7 +26,7 @@ using Tangents = Eigen::Matrix<double, LinkTorque::kSize, 2>;
 
 double area_per_sample(const SensedLink& link) { return link.surface.area / static_cast<double>(link.batch.size); }
 
-/// The links in the order of their probability, as many as hold the share.
+/// The fewest links that hold the share, ordered by probability.
 void find_credible(Posterior& out) {
   std::vector<int>& links = out.credible;
   links.resize(out.links.size());
@@ -40,7 +40,7 @@ void find_credible(Posterior& out) {
   links.resize(count);
 }
 
-/// Of the places of each link `most`, evenly in their order.
+/// Keeps `most` places of each link, evenly spaced in their order.
 void thin(int most, std::size_t links, PosteriorWorkspace& work) {
   const auto at = [](int link) { return static_cast<std::size_t>(link); };
   work.counts.assign(links, 0);
@@ -59,8 +59,8 @@ void thin(int most, std::size_t links, PosteriorWorkspace& work) {
   work.shares.resize(kept);
 }
 
-/// Places of which the evidence is computed, drawn at equal distances of what their bounds promise: evidence differs from its bound by a factor that hardly changes on a link, so that
-/// each place drawn stands for as much of it as any other.
+/// Draws the places whose evidence is computed, at equal distances of the cumulative bounds. On a link the ratio of evidence to bound
+/// hardly changes, so each place drawn represents the same share of the evidence.
 void choose(const Sensor& sensor, double best, PosteriorWorkspace& work) {
   const std::size_t links = sensor.links().size();
   work.counts.assign(links, 0);

@@ -11,8 +11,8 @@ namespace stiction::sensing {
 enum class ConeFace {
   Apex,     ///< f = 0
   Edge,     ///< one ray
-  Facet,    ///< between two neighbouring rays; of the Lorentz cone its boundary
-  Interior  ///< the cone does not act
+  Facet,    ///< between two neighbouring rays; for the Lorentz cone its boundary
+  Interior  ///< the cone is not active
 };
 
 struct Residual {
@@ -24,19 +24,19 @@ struct Residual {
 
 /// The residual (4.5) of a contact point
 ///     l(p) = min_{f ∈ K} ‖J_Cᵀ f − τ‖² + ρ ‖f‖² = τᵀτ + min_{f ∈ K} (fᵀ A f − 2 aᵀ f) ,   A = J_C J_Cᵀ + ρ 1 ,  a = J_C τ        (Y.2)
-/// in closed form. Of a polyhedral cone: the least over the apex, the edges, the facets and the interior of the value at the minimiser
-/// on the span of each, where that lies in it. Where A is singular on the span of a face the same value is attained on its boundary,
-/// because a cone with an apex holds no line, so that the face is left out. Of the Lorentz cone: see minimize_lorentz.
+/// in closed form. For a polyhedral cone: each face (apex, edges, facets, interior) has a minimiser on its span; the result is the least
+/// value among the minimisers that lie in their face. If A is singular on the span of a face, the face is left out: a cone with an apex
+/// contains no line, so the same value is attained on the boundary of the face. For the Lorentz cone see minimize_lorentz.
 ///
-/// @param link  of the active link at q and τ   @param p_L  contact point   @param R_LC  make_contact_frame of its normal
-/// Not unique where rank J_C < 3 and ρ = 0: then a force of least value.
+/// @param link  LinkTorque of the touched link at q and τ   @param p_L  contact point   @param R_LC  make_contact_frame of its normal
+/// The force is not unique if rank J_C < 3 and ρ = 0; one of the minimisers is then returned.
 /// Tests: tests/sensing/residual_test.cpp (ProxQP; KKT). Source: docs/theory/sensing.md
 Residual calc_residual(const LinkTorque& link, const Eigen::Vector3d& p_L, const Eigen::Matrix3d& R_LC, const FrictionCone& cone);
 
 /// min_{f ∈ K} fᵀ A f − 2 aᵀ f in the contact frame; `value` is the minimum, ≤ 0. @param a  in the range of A, which is ⪰ 0
 Residual minimize_polyhedral(const Eigen::Matrix3d& A, const Eigen::Vector3d& a, const FrictionCone& cone);
 
-/// The same of the exact cone: a root of one variable. With h(s) = min over ‖f_t‖ ≤ μ s of the objective at f_k = s, which is convex,
+/// The same for the exact cone, as a root of one variable. With h(s) = min over ‖f_t‖ ≤ μ s of the objective at f_k = s, which is convex,
 /// s ≥ 0 is where h′(s) = 0; the tangential part is a trust-region problem in the plane, solved in its principal axes.
 Residual minimize_lorentz(const Eigen::Matrix3d& A, const Eigen::Vector3d& a, double friction);
 
@@ -51,13 +51,13 @@ struct SampleBatch {
   Eigen::Matrix<double, 12, Eigen::Dynamic, Eigen::RowMajor> rows;  ///< columns: samples, padded to a multiple of four
   Eigen::Index size = 0;                                            ///< without the padding
 
-  void resize(Eigen::Index samples);  ///< the padding repeats the last sample once set() was called for it
+  void resize(Eigen::Index samples);  ///< set() of the last sample also fills the padding
   void set(Eigen::Index i, const Eigen::Vector3d& p_L, const Eigen::Matrix3d& R_LC);
   Eigen::Vector3d p_L(Eigen::Index i) const { return rows.col(i).head<3>(); }
   Eigen::Matrix3d R_LC(Eigen::Index i) const;
 };
 
-/// calc_residual(…).value of every sample, four at a time. @param out (≥ the number of columns of batch.rows)
+/// Computes calc_residual(…).value of every sample, four at a time. @param out (≥ the number of columns of batch.rows)
 void calc_residuals(const LinkTorque& link, const SampleBatch& batch, const FrictionCone& cone, Eigen::Ref<Eigen::VectorXd> out);
 
 }  // namespace stiction::sensing

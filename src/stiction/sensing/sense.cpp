@@ -30,13 +30,13 @@ struct SenseWorkspace::Impl {
   std::vector<LinkTorque> torques;  ///< per sensed link
   Eigen::VectorXd residuals;
   std::vector<Start> starts;
-  std::vector<ContactPoint> tried;  ///< starts of descents that were run
+  std::vector<ContactPoint> tried;  ///< starts of the descents so far
   std::vector<int> ends;
   ClusterWorkspace clusters;
-  std::optional<FrictionCone> opened;  ///< the cone with the largest friction that there may be
+  std::optional<FrictionCone> opened;  ///< the cone with the largest possible friction
   WhitenedTorques whitened;
   std::vector<int> bodies;         ///< of the links
-  ContactRowsWorkspace rows_work;  ///< of torques and a wrench at the base
+  ContactRowsWorkspace rows_work;  ///< for torques and a base wrench
   ContactRows rows;
   std::optional<ConeEvidence> evidence;
   std::vector<TouchedPlace> places;
@@ -126,7 +126,7 @@ void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accep
   });
 }
 
-/// What the whitened torques, and the wrench at the base where there is one, say of a force on each link at q.
+/// Fills the LinkTorque of each link at q from the whitened torques, and from the base wrench if there is one.
 void assign_torques(const Sensor& sensor, VectorRef q, const BaseWrench* base, SenseWorkspace::Impl& work) {
   world::calc_kinematics(sensor.model(), q, work.kinematics_work, work.kinematics);
   if (base != nullptr) {
@@ -144,8 +144,8 @@ void assign_torques(const Sensor& sensor, VectorRef q, const BaseWrench* base, S
   }
 }
 
-constexpr double kSettle = 1e-3;  // of what counts as explained: less is no progress
-constexpr double kNear = 1;       // sample spacings within which a descent goes where an earlier one ended
+constexpr double kSettle = 1e-3;  // share of the explained bound; a smaller decrease of l is no progress
+constexpr double kNear = 1;       // a descent within this many sample spacings of an earlier end will end there as well
 
 class Search {
  public:
@@ -182,7 +182,7 @@ class Search {
   void keep(const GaussNewton& descent, ContactPoint point) {
     work_.tried.push_back(point);
     ++out_.descents;
-    // Where noise is, a descent may be stuck at a crease of the surface: what explains the torques there is an answer all the same.
+    // With noise, a descent may get stuck at a crease of the surface. Its end is still an answer if it explains the torques.
     if (descend(problem(point.link), descent, point) || point.residual <= out_.explained) add(point);
   }
 
@@ -210,7 +210,7 @@ class Search {
   SenseResult& out_;
 };
 
-/// Samples that are accepted, and descents from them: fills out.points.
+/// Accepts samples and descends from them: fills out.points.
 void find_points(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, const FrictionCone& cone, double accept,
                  SenseWorkspace::Impl& work, SenseResult& out) {
   work.tried.clear();
@@ -234,7 +234,7 @@ void find_points(const Sensor& sensor, const SenseInput& input, const SenseOptio
       options.method);
 }
 
-/// The cone of the largest friction that there may be, kept as it uses the heap.
+/// The cone with the largest possible friction, stored because making it uses the heap.
 const FrictionCone& open_cone(const SenseOptions& options, SenseWorkspace::Impl& work) {
   const double friction = options.cone.friction() / (1 - options.friction_error);
   const int rays = options.cone.is_lorentz() ? 0 : std::max(3, options.cone.rays());
@@ -267,7 +267,7 @@ Candidate make_candidate(LinkTorque torque, const FrictionCone& cone, double pri
   return out;
 }
 
-/// Each place counts for the candidate on its link that has the nearest point.
+/// Adds the probability of each place to the candidate on its link with the nearest point.
 void share_posterior(SenseResult& out, const Sensor& sensor) {
   for (const TouchedPlace& place : out.posterior.places) {
     const Vector3d p_L = sensor.links()[static_cast<std::size_t>(place.link)].batch.p_L(place.sample);
@@ -286,7 +286,7 @@ void share_posterior(SenseResult& out, const Sensor& sensor) {
   }
 }
 
-/// Those that explain first: by the probability of their link and their own, or by (Y.14).
+/// Order of candidates: first those that explain the torques, by the probability of their link and their own, or by (Y.14).
 void rank_candidates(const Sensor& sensor, const SenseOptions& options, SenseResult& out) {
   for (Candidate& candidate : out.candidates) candidate.probability = 0;
   if (options.posterior) share_posterior(out, sensor);
@@ -297,7 +297,7 @@ void rank_candidates(const Sensor& sensor, const SenseOptions& options, SenseRes
   std::sort(out.candidates.begin(), out.candidates.end(), [&](const Candidate& a, const Candidate& b) { return rank_of(a) < rank_of(b); });
 }
 
-/// Clusters of the points, those that explain by their probability, or by (Y.14), first.
+/// Clusters the points and orders the clusters: first those that explain the torques, by probability or by (Y.14).
 void make_candidates(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, double prior, SenseWorkspace::Impl& work,
                      SenseResult& out) {
   cluster_points(sensor, options.merge, out.points, work.clusters, work.ends);
@@ -312,7 +312,8 @@ void make_candidates(const Sensor& sensor, const SenseOptions& options, const Fr
   rank_candidates(sensor, options, out);
 }
 
-/// Standard deviations of forces before torques are seen: the given one, or three from the touch of a finger to what the weakest joint holds.
+/// Prior standard deviations of forces: the given one, or three values from the touch of a finger to the force that the weakest joint
+/// holds.
 void choose_forces(const world::Model& model, const std::optional<double>& given, std::vector<double>& out) {
   constexpr double kSmall = 4, kLarge = 30;  // [N]
   const double largest = std::max(kLarge, calc_plausible_force(model).value_or(kLarge));
@@ -322,19 +323,19 @@ void choose_forces(const world::Model& model, const std::optional<double>& given
     out = {kSmall, std::sqrt(kSmall * largest), largest};
 }
 
-/// Noise of each torque with the error of the model, which with a covariance is part of that already.
+/// Noise of each torque plus the model error; a covariance already contains the model error.
 double calc_evidence_noise(const SenseOptions& options, const SenseWorkspace::Impl& work) {
   const double model = work.whitened.is_identity() ? options.tolerance * work.whitened.tau().norm() : 0;
   return std::hypot(work.whitened.noise(), model / std::sqrt(static_cast<double>(work.whitened.tau().size())));
 }
 
-/// ‖·‖² of the rows of a wrench at the base, scaled as those of calc_contact_rows().
+/// Squared norm of the rows of a base wrench, scaled as in calc_contact_rows().
 double calc_base_size(const BaseWrench& base, double noise) {
   return std::pow(noise / base.force_noise, 2) * base.force_W.squaredNorm() +
          std::pow(noise / base.moment_noise, 2) * base.moment_W.squaredNorm();
 }
 
-/// Probabilities from the samples that were accepted: all others leave so much that they carry no weight.
+/// Computes probabilities from the accepted samples: all other samples have so large residuals that they carry no weight.
 void find_posterior(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, SenseWorkspace::Impl& work,
                     SenseResult& out) {
   const double noise = calc_evidence_noise(options, work);
@@ -409,7 +410,7 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
 
 namespace {
 
-/// The moment whose torques are largest against their noise.
+/// The moment whose torques are largest relative to their noise.
 Eigen::Index find_strongest(const Eigen::MatrixXd& tau, const SenseOptions& options, SenseWorkspace::Impl& work) {
   Eigen::Index out = 0;
   double most = -1;

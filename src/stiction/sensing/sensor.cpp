@@ -18,7 +18,8 @@ bool has_geometry(const world::Model& model, int body) {
 
 bool is_wildcard(const std::string& pattern) { return pattern.find('*') != std::string::npos; }
 
-/// Links of robots that the patterns name, in the order of the model. A pattern that also matches links that no joint moves skips them with a note.
+/// Robot links that match the patterns, in the order of the model. A pattern that also matches links that no joint moves skips them with a
+/// note.
 std::vector<int> find_links(const world::Model& model, const std::vector<std::string>& patterns, std::vector<std::string>& notes) {
   std::vector<int> out;
   std::vector<std::string> names;

@@ -12,22 +12,22 @@ namespace stiction::sensing {
 
 struct SensorOptions {
   std::vector<std::string>
-      links{};  ///< "robot/link", '*' matches any run of characters and skips links that no joint moves; empty: all that a joint moves and whose geometry can be touched
-  int samples = 500;  ///< on each link, ≥ 1
+      links{};  ///< "robot/link", '*' matches any run of characters and skips links that no joint moves; empty: all links that a joint moves and whose geometry can be touched
+  int samples = 500;  ///< number on each link, ≥ 1
   Sampling sampling = Sampling::Stratified;
   Normals normals = Normals::Flat;
-  std::uint64_t seed = 0;  ///< of samples and postures
+  std::uint64_t seed = 0;  ///< seed of samples and postures
   SurfaceOptions surface{};
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
-/// A link on which contacts are looked for.
+/// A link on which contacts are sought.
 struct SensedLink {
   Surface surface;
   std::vector<SurfacePoint> samples;
-  SampleBatch batch;   ///< of the samples, with their normals
-  double spacing = 0;  ///< root of the area per sample [m]
-  int joints = 0;      ///< coordinates that move it: below 3 forces are not unique, below 5 points are not
+  SampleBatch batch;   ///< the samples with their normals
+  double spacing = 0;  ///< square root of the area per sample [m]
+  int joints = 0;      ///< number of coordinates that move it: below 3 forces are not unique, below 5 points are not
 };
 
 /// Surfaces and samples of the links of a robot. Immutable, shared by threads.
@@ -42,9 +42,9 @@ class Sensor {
   std::span<const SensedLink> links() const { return links_; }
   std::span<const std::string> notes() const {
     return notes_;
-  }  ///< links and faces left out, and links whose joints leave contacts ambiguous
+  }  ///< notes on links and faces left out, and on links with too few joints to make contacts unique
 
-  /// Index into links() of a body. @throws core::InvalidInput with the names that there are
+  /// Index into links() of a body. @throws core::InvalidInput with the known names
   int link_index(std::string_view body) const;
   const std::string& link_name(int link) const;
 

@@ -53,7 +53,7 @@ void mark_gaps(Series& series) {
     if (steps[i] > kUsualSteps * usual) series.gaps.push_back(static_cast<int>(i) + 1);
 }
 
-/// Numbers of some joints as those of all. @param rest  of the others
+/// Expands numbers of the measured joints to all joints. @param rest  values of the other joints
 Eigen::MatrixXd spread(const Eigen::MatrixXd& measured, const std::vector<int>& joints, const Eigen::VectorXd& rest) {
   Eigen::MatrixXd out = rest.replicate(1, measured.cols());
   for (std::size_t i = 0; i < joints.size(); ++i) out.row(joints[i]) = measured.row(static_cast<Eigen::Index>(i));
@@ -152,7 +152,7 @@ class CsvReader {
     for (const std::size_t column : columns_->tau) tau_.push_back(number(fields, column, text));
   }
 
-  /// A column that is read is empty or NaN: no measurement at that moment.
+  /// Whether a used column is empty or NaN: no measurement at that moment.
   bool lacks_number(const Strings& fields) const {
     const auto is_missing = [&](std::size_t column) {
       const auto value = core::parse_number(fields[column]);
@@ -233,7 +233,7 @@ Series load_npz(const std::filesystem::path& file, const world::Model& model, co
 
 namespace {
 
-/// Torques that no motor of the robot can bear are those of another unit.
+/// Refuses torques that no motor of the robot can bear: they must have another unit.
 void require_newton_metres(const std::filesystem::path& file, const world::Model& model, const Series& series) {
   constexpr double kMost = 20;  // times the effort that the robot's file states
   for (Eigen::Index j = 0; j < series.tau.rows(); ++j) {

@@ -22,12 +22,12 @@ constexpr std::string_view kSeparators = "/.: _-";
 
 constexpr std::string_view kLibfranka = "tau_ext_hat_filtered";
 
-/// What a column may hold of a joint.
+/// A quantity of a joint that a column may hold.
 struct Quantity {
   std::string_view what;                     ///< in messages
   std::string_view symbol;                   ///< stands before a number, or before the name of a joint
   std::vector<std::string_view> words;       ///< that mean the same
-  std::vector<std::string_view> last_words;  ///< that are looked at where no column has one of `words`
+  std::vector<std::string_view> last_words;  ///< used if no column has one of `words`
 };
 
 const Quantity& position() {
@@ -35,7 +35,7 @@ const Quantity& position() {
   return out;
 }
 
-/// Efforts of ROS, and torques of motors, are all that a motor gives. They count where nothing else says what the external torques are.
+/// Efforts of ROS and motor torques are total torques. They are used if no other column has external torques.
 const Quantity& torque() {
   static const Quantity out{
       "torque", "tau", {"tau", kLibfranka, "tau_ext", "external_torque"}, {"effort", "tau_j", "torque", "actual_current_as_torque"}};

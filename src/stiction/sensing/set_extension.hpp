@@ -6,7 +6,7 @@
 
 namespace stiction::sensing {
 
-/// Inside: scratch of SetExtension; one per thread.
+/// Internal: scratch of SetExtension; one per thread.
 struct ExtensionWorkspace {
   explicit ExtensionWorkspace(const Sensor& sensor);
   Eigen::MatrixXd span;  ///< orthonormal columns
@@ -18,15 +18,15 @@ struct ExtensionWorkspace {
   std::vector<int> order;
 };
 
-/// Inside: what the samples of a link leave beside a set of contacts whose forces may have any value (Y.10a).
+/// Internal: finds samples that extend a set of contacts, by their residual when the forces of the set may have any value (Y.10a).
 class SetExtension {
  public:
   SetExtension(const JointProblem& problem, ExtensionWorkspace& work) : problem_(problem), work_(work) {}
 
-  /// The set beside which samples are sought until the next call.
+  /// Sets the contacts that find_samples() extends until the next call.
   void hold(const ContactSet& set);
 
-  /// The `most` samples of a link that leave least, the best first; valid until the next call.
+  /// The `most` samples of a link with the least residual, the best first; valid until the next call.
   std::span<const int> find_samples(int link, int most);
 
   ContactPoint sample_point(int link, int sample) const;
@@ -40,16 +40,16 @@ class SetExtension {
   Eigen::Index rank_ = 0;
 };
 
-/// Links of the contacts, −1 where there is none.
+/// Links of the contacts; −1: no contact.
 std::array<int, kMostContacts> links_of(const ContactSet& set);
 
-/// A strict order that no tie leaves to chance: by objective.
+/// Strict order by objective, with ties broken in a repeatable way.
 bool is_better(const ContactSet& a, const ContactSet& b);
 
-/// By link, then by place, so that a set has one name.
+/// Sorts the contacts by link, then by place, so that equal sets have equal order.
 void arrange(ContactSet& set);
 
-/// Whether every contact of an arranged set lies within `radius` sample spacings of that of another one of as many.
+/// Whether every contact of an arranged set lies within `radius` sample spacings of the same contact of another set of equal size.
 bool is_near(const Sensor& sensor, const ContactSet& a, const ContactSet& b, double radius);
 
 }  // namespace stiction::sensing

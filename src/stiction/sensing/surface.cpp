@@ -164,7 +164,7 @@ Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, c
 
 namespace {
 
-/// Of several points a sample those that lie farthest apart.
+/// Selects the points that lie farthest apart from several points per sample.
 std::vector<SurfacePoint> spread_samples(const Surface& surface, int count, std::uint64_t seed) {
   constexpr int kSeveral = 5;
   const std::vector<SurfacePoint> many = sample_surface(surface, kSeveral * count, Sampling::Stratified, seed);

@@ -14,22 +14,22 @@
 namespace stiction::sensing {
 
 enum class Normals {
-  Flat,    ///< of the triangle
-  Smooth,  ///< of the corners, weighted by their angles, over triangles that meet at less than `crease`
+  Flat,    ///< normal of the triangle
+  Smooth,  ///< interpolated corner normals: angle-weighted means over triangles that meet at less than `crease`
 };
 
 struct SurfaceOptions {
   int segments = 32;       ///< triangles around a sphere, a cylinder or a capsule, ≥ 3
-  int rays = 32;           ///< from each point whose visibility is tested, 0: hidden faces stay
-  int postures = 4;        ///< of the assembled robot in which a face may be seen, ≥ 1: the neutral one, then random ones
+  int rays = 32;           ///< rays from each point in the visibility test; 0: no test, hidden faces stay
+  int postures = 4;        ///< postures of the robot in the visibility test, ≥ 1: the neutral one, then random ones
   double crease = 0.8;     ///< [rad] edges sharper than this stay sharp
-  std::uint64_t seed = 0;  ///< of the postures
-  /// Where it is kept between processes which faces are hidden; empty, or a folder that cannot be written: nowhere.
+  std::uint64_t seed = 0;  ///< seed of the postures
+  /// Folder of the cache of hidden faces, kept between processes; empty, or a folder that cannot be written: no cache.
   std::filesystem::path cache_dir{};
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
-/// What of a link can be touched, as triangles in its frame L.
+/// The touchable surface of a link, as triangles in its frame L.
 struct Surface {
   int body = -1;
   TriangleTree tree;
@@ -43,20 +43,20 @@ struct Surface {
 };
 
 struct Surfaces {
-  std::vector<Surface> links;      ///< in the order of the bodies asked for
-  std::vector<std::string> notes;  ///< links and faces that were left out, faces turned around, and edges that are open, a sentence each
+  std::vector<Surface> links;      ///< in the order of the requested bodies
+  std::vector<std::string> notes;  ///< a sentence each on links and faces left out, faces turned around, and open edges
 };
 
-/// What becomes of a link of which no triangle is seen.
+/// Treatment of a link without visible triangles.
 enum class HiddenLinks {
   Refuse,
-  LeaveOut,  ///< with a note; where all links are hidden they are refused
+  LeaveOut,  ///< with a note; if all links are hidden, an exception is thrown
 };
 
-/// Surfaces of links of robots: the triangles of their geometry, without those that nothing can touch. A triangle is hidden if, in every
-/// posture, every ray from its centre and near its corners into the open half space meets the robot. One that sees out only to its back
-/// winds inwards, and is turned around.
-/// @param bodies  links of robots  @throws core::InvalidInput: a link without any triangle that is seen, no link of a robot
+/// Makes the surfaces of robot links: the triangles of their geometry without hidden ones, which nothing can touch. A triangle is hidden
+/// if, in every posture, every ray from its centre and near its corners into the open half space meets the robot. A triangle that is
+/// visible only from its back winds inwards and is turned around.
+/// @param bodies  links of robots  @throws core::InvalidInput: a link without visible triangles, a body that is no link of a robot
 Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, const SurfaceOptions& options,
                        HiddenLinks hidden = HiddenLinks::Refuse);
 
@@ -67,11 +67,11 @@ struct SurfacePoint {
 
 enum class Sampling {
   Uniform,     ///< independent points, uniform by area
-  Stratified,  ///< one in each of equal areas, taken along the tree, so that neighbours lie apart
-  BlueNoise    ///< of five times as many those that lie farthest apart
+  Stratified,  ///< one random point in each of `count` parts of equal area, in the order of the tree, so that neighbours lie apart
+  BlueNoise    ///< five times as many stratified points, thinned to those that lie farthest apart
 };
 
-/// Points on a surface, the same for the same seed. @param stream  of the random numbers: one for each link
+/// Samples points on a surface. Equal seeds give equal points; each link has its own stream of random numbers.
 std::vector<SurfacePoint> sample_surface(const Surface& surface, int count, Sampling sampling, std::uint64_t seed);
 
 }  // namespace stiction::sensing

@@ -8,45 +8,50 @@
 
 namespace stiction::sensing {
 
-/// Deviations of noise that are passed by chance at one in 16 000 torques.
+/// Threshold in standard deviations of noise; noise exceeds it in one of 16 000 torques.
 inline constexpr double kDeviations = 4;
 
-/// What is known of torques as a sensor gives them: τ = sign (measured − rest) + noise.
+/// Model of the measured torques: τ = sign (measured − rest) + noise.
 struct TorqueModel {
-  /// Σ of the noise of all joints (n_a × n_a) [(N·m)²], symmetric, positive definite on the joints that are measured; empty: the same noise in every joint.
+  /// Σ of the noise of all joints (n_a × n_a) [(N·m)²], symmetric, positive definite on the measured joints; empty: equal noise in all
+  /// joints.
   Eigen::MatrixXd covariance{};
-  Eigen::VectorXd rest{};  ///< measured where nothing touches (n_a) [N·m; N]; empty: 0
-  double sign = 1;         ///< −1: of torques that the robot makes against its surroundings, as libfranka gives them; else 1
-  /// Deviations of its noise from which on the torque of a joint shows a contact (n_a), > 0; empty: kDeviations. More where noise is known from few rows: calc_student_bound().
+  Eigen::VectorXd rest{};  ///< measured torque without contact (n_a) [N·m; N]; empty: 0
+  double sign = 1;         ///< −1: measured torques are those of the robot on its surroundings, as in libfranka; otherwise 1
+  /// Number of noise deviations above which the torque of a joint shows a contact (n_a), > 0; empty: kDeviations. Larger if the noise is
+  /// known from few rows: calc_student_bound().
   Eigen::VectorXd deviations{};
-  std::vector<int> unmeasured{};  ///< joints without a torque sensor, by their index in u: their torques are unknown, and not 0
+  std::vector<int> unmeasured{};  ///< joints without a torque sensor, as indices into u: their torques are unknown, not 0
 
   bool is_plain() const { return covariance.size() == 0 && rest.size() == 0 && deviations.size() == 0 && sign == 1 && unmeasured.empty(); }
   /// @throws core::InvalidInput naming the field: sizes, not finite, a covariance that is not symmetric and positive definite, no measured joint
   void validate(int n_a) const;
 };
 
-/// Σ of one number, n_a numbers or an n_a × n_a matrix. @param noise  standard deviations (n_a), or Σ itself (n_a × n_a)
-/// @returns Σ; empty where all joints have the same noise, which is then `uniform`  @throws core::InvalidInput
+/// Makes Σ from one number, n_a numbers or an n_a × n_a matrix. @param noise  standard deviations (n_a), or Σ itself (n_a × n_a)
+/// @returns Σ; empty if all joints have the same noise, which is then in `uniform`  @throws core::InvalidInput
 Eigen::MatrixXd make_covariance(const Eigen::MatrixXd& noise, int n_a, double& uniform);
 
-/// Measured torques in coordinates in which each has the same noise s and none depends on another:
+/// Whitened torques: measured torques in coordinates with equal and independent noise s:
 ///     τ_s = W (sign (measured − rest)) ,   W Σ_m Wᵀ = s² 1 ,   s = |Σ_m|^{1/2m}                                          (Y.17)
-/// with Σ_m the rows and columns of Σ of the m measured joints, so that residuals stay in newton metres and where all joints have one noise W is 1.
+/// with Σ_m the rows and columns of Σ of the m measured joints, so that residuals stay in newton metres, and W = 1 if all joints have equal
+/// noise.
 class WhitenedTorques {
  public:
-  /// @param noise  of every joint where the model has no covariance  @param model_error  share of ‖τ‖ by which the model of the contact may be off: added to Σ
+  /// Computes the whitened torques. @param noise  of every joint if the model has no covariance  @param model_error  error of the contact
+  /// model as a share of ‖τ‖, added to Σ
   /// No heap use from the second call on.
   void assign(const TorqueModel& model, VectorRef measured, double noise, double model_error);
 
   const Eigen::VectorXd& tau() const { return tau_; }            ///< (m)
   const Eigen::VectorXd& external() const { return external_; }  ///< sign (measured − rest) (n_a) [N·m; N]
-  double noise() const { return noise_; }                        ///< s, of each of them
+  double noise() const { return noise_; }                        ///< s, the noise of each whitened torque
   bool is_identity() const { return !whitens_; }
-  /// Of J_w or J_v (3 × n_a), its columns as those of τ_s. Nothing to do where is_identity().
+  /// Transforms the columns of J_w or J_v (3 × n_a) to the coordinates of τ_s. Does nothing if is_identity().
   void apply(Eigen::Matrix3Xd& J) const;
 
-  /// The measured torque that is largest against what its noise may make: its joint, its size, its standard deviation, and how many of these show a contact.
+  /// The measured torque that is largest relative to its threshold: its joint, its size, its noise, and the number of noise deviations that
+  /// show a contact.
   struct Largest {
     int joint = -1;
     double torque = 0, noise = 0, deviations = kDeviations;

@@ -113,7 +113,7 @@ TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(st
   restart();
 }
 
-/// Of the offset, and of what friction adds to it.
+/// Torques of a filter state: the offset plus the friction.
 VectorXd TouchOnset::sum_parts(const VectorXd& x) const {
   VectorXd out = x.head(n_);
   if (x.size() > n_) out += x.tail(n_);
@@ -171,7 +171,7 @@ void TouchOnset::find_beginning() {
     since_ += recent_[i].dt;
   }
   if (options_.drift.size() != 0)
-    P_.diagonal().head(n_).array() += since_ * options_.drift.array().square();  // until the touch ends the offset is older
+    P_.diagonal().head(n_).array() += since_ * options_.drift.array().square();  // the offset has drifted for the time of the touch
   rows_ = static_cast<int>(recent_.size() - beginning);
   recent_.clear();
 }
@@ -182,10 +182,10 @@ bool TouchOnset::is_quiet(const VectorXd& z) {
   return quiet_rows_ >= options_.quiet;
 }
 
-/// The friction of a joint that sticks or turns round forgets what it was, and may be anything within ± its size after a while: a process with that variance, which returns to 0. It
-/// is never larger than its size, so that a touch which comes slowly is none of it.
+/// Makes the friction of a joint that sticks or reverses uncertain: a mean-reverting process, so that after a while friction may have any
+/// value within ± its size. Its variance never exceeds that size, so a slowly growing touch is not mistaken for friction.
 void TouchOnset::loosen(VectorRef sign, double dt) {
-  constexpr double kCreep = 0.5;  // in which the torque of a joint that sticks may become any other [s]
+  constexpr double kCreep = 0.5;  // time in which the torque of a sticking joint may change to any value [s]
   for (Index j = 0; j < options_.friction.size(); ++j) {
     const double changed = std::abs(sign[j] - sign_[j]) + dt / kCreep * (1 - sign[j] * sign[j]);
     const double kept = std::exp(-changed), variance = options_.friction[j] * options_.friction[j] / 3;
@@ -198,10 +198,10 @@ void TouchOnset::loosen(VectorRef sign, double dt) {
   sign_ = sign;
 }
 
-/// Variance of what the touch leaves.
+/// Variance of the offset that the touch leaves.
 VectorXd TouchOnset::calc_left() const { return (options_.hysteresis * peak_).cwiseAbs2(); }
 
-/// What a touch left fades, e² times within `settle`: at every moment the offset may walk as far as is left of it.
+/// Lets the offset left by a touch fade, by e² within `settle`: at every moment the offset may drift by the remaining amount.
 void TouchOnset::settle(double dt) {
   if (!(options_.hysteresis > 0)) return;
   const double kept = std::exp(-4 * dt / options_.settle);
@@ -228,7 +228,7 @@ bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
     since_ += dt;
     ++rows_;
     if (is_quiet(z)) {
-      x_ = held_x_;  // the walk went on meanwhile, which P says
+      x_ = held_x_;  // P contains the drift during the touch
       left_ = calc_left();
       P_.diagonal().head(n_) += left_;
       restart();
@@ -255,7 +255,7 @@ VectorXd TouchOnset::mean() const { return rows_ > 0 ? VectorXd(total_ / rows_) 
 
 MatrixXd TouchOnset::noise() const {
   MatrixXd out = held_variance_ + options_.noise / std::max(1, rows_);
-  // What touches stops the joints, and one that sticks bears torques up to its dry friction, of which its motor shows nothing.
+  // A touch stops the joints, and a sticking joint bears torques up to its dry friction that its motor does not show.
   if (options_.friction.size() != 0) out.diagonal() += options_.friction.cwiseAbs2();
   if (options_.drift.size() != 0) out.diagonal().array() += since_ * options_.drift.array().square();
   return out;

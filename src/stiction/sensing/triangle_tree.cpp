@@ -18,7 +18,7 @@ namespace {
 using detail::V4;
 
 constexpr int kDepth = 32;              ///< a quarter every level: enough for more triangles than there are
-constexpr int kStack = 3 * kDepth + 4;  ///< of the four boxes of a node one is looked into, the others wait
+constexpr int kStack = 3 * kDepth + 4;  ///< of the four boxes of a node one is entered, three wait on the stack
 
 struct Box {
   Vector3d lower = Vector3d::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
@@ -156,7 +156,7 @@ TriangleTree::Closest TriangleTree::closest(const Vector3d& p, int guess) const 
       std::array<double, 4> squared;
       detail::store(squared_distances(p, node.lower, node.upper), squared.data());
       const std::size_t nearest = find_least(squared);
-      for (std::size_t lane = 0; lane < 4; ++lane) {  // without branches, which nothing foretells
+      for (std::size_t lane = 0; lane < 4; ++lane) {  // without branches, which would be unpredictable
         stack[static_cast<std::size_t>(top)] = {squared[lane], node.child[lane]};
         top += static_cast<int>(lane != nearest) & static_cast<int>(squared[lane] < best.squared_distance);
       }
@@ -186,7 +186,7 @@ bool meets(const Vector3d& p, const Vector3d& d, const Vector3d& a, const Vector
   return v >= 0 && u + v <= 1 && ac.dot(g) / det > 0;
 }
 
-/// Of four boxes those that a ray meets.
+/// Which of four boxes a ray meets.
 auto meets_boxes(const Vector3d& p, const Vector3d& inverse, const std::array<V4, 3>& lower, const std::array<V4, 3>& upper) {
   V4 near{}, far = V4{} + std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 3; ++k) {

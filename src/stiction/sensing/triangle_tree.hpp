@@ -21,13 +21,13 @@ class TriangleTree {
   };
 
   TriangleTree() = default;
-  /// @param corners  (3 × 3n), finite; they are reordered, neighbours in space next to each other
+  /// @param corners  (3 × 3n), finite; triangles are reordered so that neighbours in space are adjacent
   explicit TriangleTree(const Eigen::Matrix3Xd& corners);
 
   int size() const { return static_cast<int>(corners_.cols() / 3); }
   Eigen::Vector3d corner(int triangle, int k) const { return corners_.col(3 * triangle + k); }
   const Eigen::Matrix3Xd& corners() const { return corners_; }  ///< (3 × 3n) in the order of this tree
-  const std::vector<int>& order() const { return order_; }      ///< number of each triangle in the given corners
+  const std::vector<int>& order() const { return order_; }      ///< index of each triangle in the given corners
 
   /// Nearest point of all triangles. @param guess  a triangle that is probably near, or −1
   Closest closest(const Eigen::Vector3d& p, int guess = -1) const;
@@ -38,7 +38,7 @@ class TriangleTree {
  private:
   /// Up to four boxes at a time, around triangles or around further nodes.
   struct Node {
-    std::array<detail::V4, 3> lower, upper;  ///< by axis; of a lane that is not used ∞ and −∞
+    std::array<detail::V4, 3> lower, upper;  ///< by axis; ∞ and −∞ in unused lanes
     std::array<int, 4> child{};              ///< node ≥ 0, or ~triangle
   };
   class Builder;

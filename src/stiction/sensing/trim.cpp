@@ -55,7 +55,7 @@ std::string with_header(const std::string& key, std::string_view faces) {
   return fmt::format("{}{}\n{}\n{}", kHeader, key, core::sha256(faces), faces);
 }
 
-/// nullopt when the file is not there, damaged, of another version or of another robot.
+/// Reads the cache; nullopt if the file is missing, damaged, of another version or of another robot.
 std::optional<std::string> read_faces(const std::filesystem::path& file, const std::string& key, Index count) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Random angles of all joints of robots inside their limits; a turn where there are none.
+/// Random angles of all joints of robots inside their limits; a full turn without limits.
 Eigen::VectorXd random_posture(const world::Model& model, core::Random& random) {
   Eigen::VectorXd q = model.neutral();
   for (int j = 0; j < model.n_a(); ++j) {
@@ -71,7 +71,7 @@ bool Visibility::is_seen(int body, const Vector3d& p_L, const Vector3d& directio
   Matrix3d R_LD;
   R_LD << frame.col(1), frame.col(2), frame.col(0);
   const Vector3d start_L = p_L + lift * direction_L;
-  std::size_t likely = 0;  // what stopped the last ray
+  std::size_t likely = 0;  // index of the occluder that stopped the last ray
   for (const auto& posture : postures_) {
     const auto& X_WL = posture.X_WB[static_cast<std::size_t>(body)];
     const Vector3d start_W = X_WL * start_L;

@@ -10,7 +10,7 @@
 
 namespace stiction::sensing {
 
-/// Tells what of a robot's links can be seen from afar, in any of several postures.
+/// Tests which parts of a robot's links are visible from afar in at least one of several postures.
 class Visibility {
  public:
   /// @param robot  index into model.robots()  @param trees  per body, in its frame; empty ones hide nothing  @param rays ≥ 1
@@ -19,19 +19,19 @@ class Visibility {
   /// Whether a ray from the point, lifted off along the direction by `lift` [m], into the half space of the direction meets no link.
   bool is_seen(int body, const Eigen::Vector3d& p_L, const Eigen::Vector3d& direction_L, double lift) const;
 
-  /// SHA-256 of all that answers depend on: triangles of the links, where they are in the postures, rays.
+  /// SHA-256 of all inputs of the answers: triangles of the links, their poses in the postures, rays.
   const std::string& key() const { return key_; }
 
  private:
   struct Occluder {
     const TriangleTree* tree;
     int body;
-    Eigen::Vector3d p_LCenter;  ///< of its bounding sphere
+    Eigen::Vector3d p_LCenter;  ///< centre of its bounding sphere
     double radius;
   };
   std::vector<Occluder> occluders_;
   std::vector<world::Kinematics> postures_;
-  Eigen::Matrix3Xd rays_;  ///< in the half space z > 0, from the steepest on
+  Eigen::Matrix3Xd rays_;  ///< in the half space z > 0, the steepest first
   std::string key_;
 };
 

@@ -27,9 +27,9 @@ struct DrivenPlant::Impl {
   Eigen::VectorXd q, v, torque, external, q_a, v_a, inertia;
   std::optional<MomentumObserver> observer;
   std::vector<mjtNum> last_M;                 ///< mass matrix at the last update of the observer; empty before the first
-  Eigen::VectorXd last_n, momentum, n, zero;  ///< passive forces − bias then; arguments of the observer
+  Eigen::VectorXd last_n, momentum, n, zero;  ///< passive forces − bias at that update; arguments of the observer
   std::vector<mjtNum> product;
-  std::vector<PairForce> forces, acting;  ///< at the end; in the last step
+  std::vector<PairForce> forces, acting;  ///< forces at the end of the last step; forces acting in it
   Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero(),
                               summed = wrench;  ///< of base_wrench(); over the steps of a period
   std::string message;
@@ -67,7 +67,7 @@ struct DrivenPlant::Impl {
     }
   }
 
-  /// The robot's part of M v, of a mass matrix given by the rows of its lower triangle.
+  /// The robot's part of M v, for a mass matrix stored as the rows of its lower triangle.
   void multiply_mass(const mjtNum* M, Eigen::VectorXd& out) {
     const mjModel* m = plant->impl().mujoco.get();
     std::fill(product.begin(), product.end(), 0);
@@ -80,7 +80,7 @@ struct DrivenPlant::Impl {
     for (Eigen::Index j = 0; j < out.size(); ++j) out[j] = product[at(v_address(j))];
   }
 
-  /// What the observer knows of the friction of joints.
+  /// Joint friction that the observer compensates.
   void take_off_friction() {
     const ObserverOptions& known = observer->options();
     if (known.coulomb.size() > 0) {
@@ -113,8 +113,7 @@ struct DrivenPlant::Impl {
     last_M.assign(data->M, data->M + m->nC);
     for (Eigen::Index j = 0; j < n.size(); ++j) {
       const int address = v_address(j);
-      last_n[j] =
-          data->qfrc_passive[address] - data->qfrc_damper[address] - known * data->qfrc_bias[address];  // of friction it knows nothing
+      last_n[j] = data->qfrc_passive[address] - data->qfrc_damper[address] - known * data->qfrc_bias[address];  // friction unknown to it
     }
   }
 
@@ -123,7 +122,7 @@ struct DrivenPlant::Impl {
     return model.bodies()[at(model.geometries()[at(geometry)].body)].kind == world::BodyKind::Robot;
   }
 
-  /// Forces of the step that was just made, on robots by anything else.
+  /// Collects the forces that anything else exerted on the robots in the last step.
   void add_wrench() {
     const auto add = [&](const Eigen::Vector3d& p_W, const Eigen::Vector3d& f_W) {
       summed.head<3>() += f_W;
@@ -143,14 +142,14 @@ struct DrivenPlant::Impl {
     }
   }
 
-  /// The lag of the observer, once a period.
+  /// Applies the lag of the observer to the base wrench, once per period.
   void delay_wrench() {
     const double period = impedance.options().period;
     wrench += period / (observer->options().time_constant + period) * (summed / steps_per_period - wrench);
     summed.setZero();
   }
 
-  /// Torques as controls: a spring K (u − q) is told where it pulls as hard as that.
+  /// Writes torques as position controls: u is chosen such that the spring K (u − q) exerts the torque.
   void write_torque() {
     const Eigen::VectorXd& K = plant->model().stiffness();
     for (Eigen::Index j = 0; j < q_a.size(); ++j)

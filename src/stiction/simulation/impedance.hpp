@@ -8,24 +8,24 @@ namespace stiction::simulation {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-/// Joint impedance as arms of this kind have it in their factory controller.
+/// Options of the joint impedance controller, modelled on the factory controllers of arms.
 struct ImpedanceOptions {
-  double damping_ratio = 1.0;      ///< ζ with the inertia that a joint moves at the moment [-], ≥ 0
+  double damping_ratio = 1.0;      ///< ζ with the joint inertia of the present posture [-], ≥ 0
   double velocity_cutoff = 400.0;  ///< of the low-pass on joint velocities [Hz], > 0
   double gain_cutoff = 1.0;        ///< of the low-pass on the damping gains [Hz], > 0
-  double period = 2e-4;            ///< between two torques, in whole timesteps of the plant [s], > 0
+  double period = 2e-4;            ///< time between torque updates, a multiple of the plant's timestep [s], > 0
   void validate() const;           ///< @throws core::InvalidInput naming the field
 };
 
 /// τ = K (q_cmd − q) − D v_f ,  D_i → 2 ζ √(K_i M_ii(q)) ,  with first-order low-passes on v and D of gain a = h ω / (1 + h ω), ω = 2π · cutoff. Gravity is
-/// compensated besides.                                                                                                     (C.7)
+/// compensated in addition.                                                                                                     (C.7)
 class ImpedanceController {
  public:
   /// @param K  joint stiffness (n) [N m/rad or N/m], > 0
   ImpedanceController(const Eigen::VectorXd& K, const ImpedanceOptions& options);
 
   void reset() { started_ = false; }
-  /// One tick of options().period. @param M_ii  diagonal of the mass matrix (n)    @returns τ (n) [N m or N], valid until the next call
+  /// Computes the torques of one tick of options().period. @param M_ii  diagonal of the mass matrix (n)    @returns τ (n) [N m or N], valid until the next call
   const Eigen::VectorXd& update(VectorRef q, VectorRef v, VectorRef q_cmd, VectorRef M_ii);
 
   const ImpedanceOptions& options() const { return options_; }

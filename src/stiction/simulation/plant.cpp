@@ -13,7 +13,7 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Where MuJoCo keeps what the model calls by other numbers.
+/// Fills the maps from indices of the model to those of MuJoCo.
 void find_addresses(Plant::Impl& plant) {
   const world::Model& model = *plant.model;
   const mjModel* m = plant.mujoco.get();
@@ -48,7 +48,7 @@ void find_addresses(Plant::Impl& plant) {
 /// MuJoCo keeps the lower triangle of the mass matrix, by rows.
 void find_inertia_terms(Plant::Impl& plant) {
   const mjModel* m = plant.mujoco.get();
-  std::vector<int> coordinate(at(static_cast<int>(m->nv)), -1);  // of the model, that moves a joint of the simulation
+  std::vector<int> coordinate(at(static_cast<int>(m->nv)), -1);  // coordinate of the model that moves each joint of the simulation
   std::vector<double> ratio(coordinate.size(), 1);
   for (int i = 0; i < plant.model->n_v(); ++i) coordinate[at(plant.v_address[at(i)])] = i;
   for (std::size_t i = 0; i < plant.follower_v_address.size(); ++i) {
@@ -76,13 +76,13 @@ Eigen::VectorXd calc_inertia_at_neutral(const Plant::Impl& plant) {
   return out;
 }
 
-/// MuJoCo takes the softness of a contact from how its bodies are moved by forces on their centres of mass, averaged over directions. A body whose centre lies on its
-/// axes is not moved by these: a contact of two such links, or of one with the ground, is rigid then, takes any force, and leaves equations that no solver solves.
-/// They are given how a force on their surface moves them.
+/// MuJoCo derives the softness of a contact from the motion of its bodies under forces on their centres of mass, averaged over directions.
+/// Such forces do not move a body whose centre lies on its joint axes. A contact of two such links, or of one with the ground, is then
+/// rigid, and its equations have no solution. This function gives such bodies the motion that a force on their surface causes.
 void weigh_surfaces(mjModel* m) {
   constexpr double kRounding = 1e-9;
   for (int body = 1; body < m->nbody; ++body) {
-    double radius = 0;  // of the farthest surface [m]
+    double radius = 0;  // distance of the farthest surface point [m]
     for (int g = m->body_geomadr[body]; g >= 0 && g < m->body_geomadr[body] + m->body_geomnum[body]; ++g)
       radius = std::max(radius, mju_dist3(m->geom_pos + 3 * g, m->body_ipos + 3 * body) + m->geom_rbound[g]);
     mjtNum* weight = m->body_invweight0 + 2 * body;
@@ -91,7 +91,7 @@ void weigh_surfaces(mjModel* m) {
   }
 }
 
-/// What an object on a joint rests on brings it to rest within rest_time.
+/// Damps the joints of objects, so that they come to rest within rest_time.
 void damp_objects(const Plant::Impl& plant, const Eigen::VectorXd& inertia) {
   for (std::size_t i = 0; i < plant.model->objects().size(); ++i) {
     if (plant.model->scene().objects[i].joint == world::ObjectJoint::Free) continue;

@@ -12,7 +12,7 @@
 #include "stiction/simulation/simulation.hpp"
 #include "stiction/world/call_mujoco.hpp"
 
-// Inside of the layer: nothing that MuJoCo defines is seen by those who use simulation.hpp.
+// Internal to the layer: simulation.hpp exposes no MuJoCo types.
 
 namespace stiction::simulation {
 
@@ -28,15 +28,15 @@ struct Plant::Impl {
   std::unique_ptr<mjModel, DeleteMujoco> mujoco;
   Eigen::VectorXd damping, armature;
 
-  std::vector<int> body_id;                                 ///< per body of the model: of MuJoCo
-  std::vector<int> geometry_of;                             ///< per MuJoCo geom: of the model
-  std::vector<int> pair_of;                                 ///< n_geometries × n_geometries, by (A, B): pair, −1 where there is none
-  std::vector<int> actuator_id;                             ///< (n_a); each has one control, of the same number
+  std::vector<int> body_id;                                 ///< MuJoCo's number of each body of the model
+  std::vector<int> geometry_of;                             ///< the model's geometry of each MuJoCo geom
+  std::vector<int> pair_of;                                 ///< n_geometries × n_geometries, pair index by (A, B); −1: no pair
+  std::vector<int> actuator_id;                             ///< (n_a); each actuator has one control with the same number
   std::vector<int> q_address;                               ///< per object and robot joint, see copy_* below
   std::vector<int> v_address;                               ///< (n_v)
   std::vector<int> follower_q_address, follower_v_address;  ///< per Model::followers()
 
-  /// One entry of MuJoCo's mass matrix in the inertia of a coordinate and of what follows it.
+  /// One entry of MuJoCo's mass matrix that adds to the inertia of a coordinate and of its follower joints.
   struct InertiaTerm {
     int coordinate, entry;
     double weight;
@@ -44,37 +44,39 @@ struct Plant::Impl {
   std::vector<InertiaTerm> inertia_terms;
 };
 
-/// The scene as MuJoCo's model, springs without damping. @throws core::InvalidInput with what its compiler says
+/// Compiles the scene to MuJoCo's model, with undamped springs. @throws core::InvalidInput with the message of MuJoCo's compiler
 std::unique_ptr<mjModel, DeleteMujoco> compile_scene(const world::Model& model, const PlantOptions& options,
                                                      const Eigen::VectorXd& armature);
 
-/// q in the layout of the model ↔ qpos. MuJoCo keeps the scalar of a quaternion first.
+/// Convert q in the layout of the model to qpos and back. MuJoCo keeps the scalar of a quaternion first.
 void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos);
 void copy_from_qpos(const Plant::Impl& plant, const mjtNum* qpos, Eigen::Ref<Eigen::VectorXd> q);
 
-/// Diagonal of the mass matrix, armature and followers included (n_v) [kg or kg m²]. @param data  with the mass matrix of its posture
+/// Computes the diagonal of the mass matrix, armature and followers included (n_v) [kg or kg m²]. @param data  has the mass matrix of its
+/// posture
 void calc_inertia(const Plant::Impl& plant, const mjData& data, Eigen::VectorXd& out);
 
-/// D = 2 ζ √(K_a M_jj) of the joint springs (n_a). @param inertia  (n_v)                                                                     (M.1)
+/// Computes the damping D = 2 ζ √(K_a M_jj) of the joint springs (n_a). @param inertia  (n_v)                                                                     (M.1)
 void calc_damping(const Plant::Impl& plant, const Eigen::VectorXd& inertia, Eigen::VectorXd& out);
 
-/// At rest in q, with the mass matrix of that. Cylinders that stand on a plane are tilted by 1e-8 rad: MuJoCo looks for their lowest points along the difference of axis and normal, which
-/// is rounding alone where quasi-static steps left them, and then has them too high by up to the radius, so that the cylinder falls through the plane.
+/// Starts `data` at rest in q and computes its mass matrix. Cylinders that stand on a plane are tilted by 1e-8 rad: MuJoCo seeks their
+/// lowest points along the difference of axis and normal. For a cylinder left upright by quasi-static steps this difference is mere
+/// rounding; MuJoCo then places the lowest points too high by up to the radius, and the cylinder falls through the plane.
 void start_at(const Plant::Impl& plant, const VectorRef& q, mjData* data);
 
-/// What MuJoCo said against a step, or numbers out of range; empty: nothing.
+/// The warning of MuJoCo about a step, or a message on numbers out of range; empty: no fault.
 std::string find_fault(const Plant::Impl& plant, const mjData* data, const world::MujocoReport& report, double t);
 
-/// @throws core::InvalidInput: no body, not finite
+/// Checks pushes. @throws core::InvalidInput: no body, not finite
 void require_pushes(const world::Model& model, std::span<const Push> pushes);
 
-/// The sum of these forces takes the place of what was applied before. Bodies are where `data` was last evaluated.
+/// Replaces the applied forces by the sum of these pushes, with the body poses of the last evaluation of `data`.
 void apply_pushes(const Plant::Impl& plant, std::span<const Push> pushes, mjData* data);
 
-/// Contact forces of the state that was last evaluated, by pair.
+/// Reads the contact forces of the last evaluated state, by pair.
 void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairForce>& out);
 
-/// The torques of the motors in the state that was last evaluated take the place of those in `peak` (n_a) that are smaller [N m or N].
+/// Raises `peak` (n_a) to the motor torques of the last evaluated state where these are larger [N m or N].
 void raise_peaks(const Plant::Impl& plant, const mjData* data, Eigen::VectorXd& peak);
 
 }  // namespace stiction::simulation

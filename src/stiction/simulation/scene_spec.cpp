@@ -19,11 +19,12 @@ using world::Pose;
 
 namespace {
 
-// A moving link without mass moves with the others; MuJoCo wants numbers above 0.
+// MuJoCo requires a mass above 0 for every moving link, even for links that have none in their file.
 constexpr double kLeastMass = 1e-6;     // [kg]
 constexpr double kLeastMoment = 1e-10;  // [kg m²]
 
-/// Impedance of dry friction in joints, MuJoCo's largest: what sticks creeps at (1 − this) of load/inertia · time constant/2, and no cone couples it with others.
+/// Impedance of dry joint friction, the largest that MuJoCo allows. A sticking joint creeps at (1 − this) · load/inertia · time constant/2.
+/// No friction cone couples it with other joints.
 constexpr double kStiction = 0.9999;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -45,7 +46,8 @@ void set_inertia(const BodyInertia& inertia, double scale, mjsBody* body) {
   std::copy(std::begin(full), std::end(full), body->fullinertia);
 }
 
-/// Files state inertias of links carelessly, and robots are compensated for gravity: what no rigid body can have is replaced by what is near.
+/// Files often state wrong link inertias. An inertia that no rigid body can have is replaced by a possible one nearby. Robots are gravity
+/// compensated.
 BodyInertia make_possible(const BodyInertia& link) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(0.5 * (link.inertia + link.inertia.transpose()));
   Vector3d moments = axes.eigenvalues().cwiseMax(kLeastMoment);
@@ -61,7 +63,7 @@ class SceneWriter {
     const ContactOptions& c = options.contact;
     solref_[0] = c.time_constant, solref_[1] = 1;
     solref_friction_[0] = c.friction_time_constant, solref_friction_[1] = 1;
-    // The same at every depth: what is said about penetration and creep then holds at every load.
+    // The same impedance at every depth, so that the formulas for penetration and creep hold at every load.
     const double solimp[] = {c.impedance, c.impedance, 1e-3, 0.5, 2};
     std::copy(std::begin(solimp), std::end(solimp), solimp_);
   }
@@ -88,7 +90,7 @@ class SceneWriter {
     o.integrator = mjINT_IMPLICITFAST;
     o.cone = mjCONE_ELLIPTIC;
     o.solver = mjSOL_NEWTON;
-    o.tolerance = 1e-12;  // of the cost, relative: forces are good to 1e-6 of it
+    o.tolerance = 1e-12;  // relative to the cost: gives forces to a relative accuracy of 1e-6
     o.iterations = 200;
     o.impratio = options_.contact.friction_stiffening;
     o.noslip_iterations = options_.contact.noslip_iterations;
@@ -97,7 +99,7 @@ class SceneWriter {
     mjsCompiler& compiler = spec_->compiler;
     compiler.degree = 0;
     compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
-    compiler.usethread = 0;  // messages of other threads would not come back with the call
+    compiler.usethread = 0;  // messages of other threads would be lost
     compiler.alignfree = 0;
     compiler.fusestatic = 0;
     compiler.discardvisual = 0;
@@ -126,7 +128,7 @@ class SceneWriter {
     }
     const bool limited = type != mjJNT_FREE && (std::isfinite(limits.lower) || std::isfinite(limits.upper));
     joint->limited = limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
-    if (limited) {  // a range of one point is refused, and infinity is not a number there
+    if (limited) {  // MuJoCo refuses a range of one point, and infinite bounds
       joint->range[0] = std::max(limits.lower, -1e9);
       joint->range[1] = std::min(std::max(limits.upper, limits.lower + 1e-9), 1e9);
       std::copy_n(solref_, mjNREF, joint->solref_limit);
@@ -187,7 +189,7 @@ class SceneWriter {
     joint->armature = armature[link.dof - model_.n_vu()];
   }
 
-  /// A joint of its own, which an equality ties to its leader: y = offset + ratio·x.
+  /// Writes a follower as a joint that an equality constraint ties to its leader: y = offset + ratio·x.
   void write_follower(mjsBody* body, const world::Link& link) {
     const world::Follower& follower = model_.followers()[at(link.follower)];
     mjsJoint* joint = mjs_addJoint(body, nullptr);
@@ -219,7 +221,7 @@ class SceneWriter {
     mjsGeom* geom = mjs_addGeom(bodies_[at(geometry.body)], nullptr);
     mjs_setName(geom->element, geometry.name.c_str());
     set_pose(geometry.X_BG, geom->pos, geom->quat);
-    geom->contype = geom->conaffinity = 0;  // only the pairs below
+    geom->contype = geom->conaffinity = 0;  // contacts only between the pairs below
     const auto size = [&](mjtGeom type, double a, double b = 0, double c = 0) {
       geom->type = type;
       geom->size[0] = a, geom->size[1] = b, geom->size[2] = c;
@@ -253,7 +255,8 @@ class SceneWriter {
     mjsPair* pair = mjs_addPair(spec_, nullptr);
     mjs_setString(pair->geomname1, model_.geometries()[at(entry.geometry_a)].name.c_str());
     mjs_setString(pair->geomname2, model_.geometries()[at(entry.geometry_b)].name.c_str());
-    // A moment about the normal is the friction of a small patch; what does not slide does not turn either. Rolling loses its energy inside of the bodies.
+    // The moment about the normal is the friction of a small patch, so it vanishes with the sliding friction. Rolling friction dissipates
+    // energy inside the bodies.
     const double mu = entry.friction * options_.contact.friction_scale;
     const double torsional = mu > 0 ? entry.torsional * options_.contact.friction_scale : 0, rolling = mu > 0 ? entry.rolling : 0;
     pair->condim = rolling > 0 ? 6 : torsional > 0 ? 4 : mu > 0 ? 3 : 1;
@@ -270,13 +273,13 @@ class SceneWriter {
     pair->margin = pair->gap = pair->adhesion = 0;
   }
 
-  /// An object on fixed geometry.
+  /// Whether the pair is an object on fixed geometry.
   bool on_ground(const world::Pair& pair) const {
     const auto kind = [&](int geometry) { return model_.bodies()[at(model_.geometries()[at(geometry)].body)].kind; };
     return kind(pair.geometry_a) == world::BodyKind::Object && kind(pair.geometry_b) == world::BodyKind::Fixed;
   }
 
-  /// Its damping follows from the inertia of what is compiled here, see Plant::make.
+  /// Writes an undamped joint spring. Plant::make sets the damping, which follows from the inertia of the compiled scene.
   void write_spring(int joint) {
     const std::string& name = model_.dofs()[at(model_.n_vu() + joint)].name;
     mjsActuator* spring = mjs_addActuator(spec_, nullptr);

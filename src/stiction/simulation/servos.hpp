@@ -5,22 +5,23 @@
 
 #include "stiction/simulation/plant_impl.hpp"
 
-// Inside of the layer.
+// Internal to the layer.
 
 namespace stiction::simulation {
 
-/// The joint springs of a plant, damped for the posture that they are in, as joint impedance controllers of arms do: D_j = 2 ζ √(K_j M_jj(q)).     (M.1)
-/// An arm that is stretched out moves many times the inertia that it moves when it stands upright, and would swing with the damping of that.
+/// The joint springs of a plant. Their damping follows the present posture, as in the joint impedance controllers of arms: D_j = 2 ζ √(K_j M_jj(q)).     (M.1)
+/// A stretched arm has many times the joint inertia of an upright one, and would swing with the damping of the upright posture.
 class Servos {
  public:
   explicit Servos(const Plant::Impl& plant);
 
-  /// @param data  with the mass matrix of the posture
+  /// Sets the damping for the posture of `data`. @param data  has the mass matrix of the posture
   void damp(const mjData& data);
 
-  const mjModel* mujoco() const { return mujoco_.get(); }  ///< the scene with springs damped as they are now
+  const mjModel* mujoco() const { return mujoco_.get(); }  ///< the scene with the present damping
 
-  /// u̇ → what commands have to be ahead, K_a⁻¹ D u̇, for a spring that is damped with −D q̇ to be one with D (u̇ − q̇): K_a⁻¹ D (n_a) [s], or 0.
+  /// K_a⁻¹ D (n_a) [s], or 0: the time by which commands lead. A spring with damping −D q̇ and the command u + K_a⁻¹ D u̇ acts as one with
+  /// D (u̇ − q̇).
   const Eigen::VectorXd& lead() const { return lead_; }
 
  private:

@@ -48,7 +48,7 @@ void validate(const world::Model& model, const SimulationInput& in) {
   if (!in.v0->allFinite()) core::throw_invalid("v0", "a number that is not finite", "finite numbers");
 }
 
-/// u(t) + K_a⁻¹ D u̇(t), looked up forwards only: what a spring with damping −D q̇ is told to have one of D (u̇ − q̇).
+/// Computes u(t) + K_a⁻¹ D u̇(t) at increasing times: with this command a spring with damping −D q̇ acts as one with damping D (u̇ − q̇).
 class Commands {
  public:
   explicit Commands(const SimulationInput& in) : in_(in) {}
@@ -110,7 +110,7 @@ class Run {
     for (long k = 0;; ++k) {
       if (options_.control != nullptr && options_.control->cancelled()) return Status::Cancelled;
       if (options_.control != nullptr && options_.control->expired()) return Status::MaxIterations;
-      // Times are counted, not summed, so that knots are met exactly.
+      // Times are multiples of the timestep, not sums, so that knots are met exactly.
       const double t = static_cast<double>(k) * h;
       servos_.damp(*d_);
       for (int j = 0; j < plant_.model->n_a(); ++j) d_->ctrl[plant_.actuator_id[at(j)]] = commands_(j, t, servos_.lead()[j]);
@@ -151,7 +151,7 @@ class Run {
   mjData* d_;
   SimulationResult& out_;
   Commands commands_;
-  Eigen::VectorXd peak_;  // torques since the last sample
+  Eigen::VectorXd peak_;  // largest torques since the last sample
   long steps_ = 0;
   long stride_ = 1;
 };
@@ -172,7 +172,7 @@ Status simulate(const Plant& plant, const SimulationInput& input, const Simulati
     mj_resetData(m, w.data.get());
   }
   out.status = Run(plant.impl(), input, options, w.servos, w.data.get(), out).go();
-  // After an error MuJoCo's scratch is in no known state.
+  // After an error the state of MuJoCo's scratch is undefined.
   if (out.status == Status::NumericalFailure) w.data.reset();
   out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return out.status;

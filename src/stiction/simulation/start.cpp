@@ -39,7 +39,7 @@ void start_at(const Plant::Impl& plant, const VectorRef& q, mjData* data) {
   mj_makeM(m, data);
 }
 
-/// MuJoCo counts its warnings in the data, whether or not it also says them.
+/// MuJoCo counts its warnings in the data, even those that it does not print.
 std::string find_fault(const Plant::Impl& plant, const mjData* data, const world::MujocoReport& report, double t) {
   if (report.failed) return report.error;
   mjtNum largest = 0;

@@ -33,7 +33,7 @@ struct SteppedPlant::Impl {
 
   double timestep() const { return plant->options().timestep; }
 
-  /// One timestep with the commands u that move at u̇.
+  /// Makes one timestep with the commands u, which move at u̇.
   bool step(const Eigen::VectorXd& commands, const Eigen::VectorXd& rate) {
     const Plant::Impl& p = plant->impl();
     servos.damp(*data);
