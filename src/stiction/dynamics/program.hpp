@@ -137,11 +137,10 @@ struct StepWorkspace::Impl {
   std::vector<char> included;          // per contact: its rows are in the problem
   std::vector<Eigen::Vector3d> moved;  // per contact that is not included: J_c δq
   std::vector<char> limit_included;    // per limit_id
-  std::vector<int>
-      bound_variables;  // variables of the bounds in the problem: joint limits in order of adding, then motors, then friction_joints
-  std::size_t moving_bounds = 0;   // number of bounds whose offsets move with q: limits and motors
-  std::vector<signed char> motor;  // per robot joint: side ±1 on which its spring saturates (S.15); 0: not saturated
-  std::vector<int> motor_bound;    // per robot joint: index of its bound in the problem, −1: none
+  std::vector<int> bound_variables;    // variables of the bounds, in order of adding: joint limits, motors, friction_joints
+  std::size_t moving_bounds = 0;       // number of bounds whose offsets move with q: limits and motors
+  std::vector<signed char> motor;      // per robot joint: side ±1 on which its spring saturates (S.15); 0: not saturated
+  std::vector<int> motor_bound;        // per robot joint: index of its bound in the problem, −1: none
   std::vector<detail::FrictionJoint> friction_joints;
   detail::LinearisationWorkspace linearisation;
 };
