@@ -100,8 +100,8 @@ void guess_reach(const Model& model, const StepInput& in, const StepOptions& opt
     const double most = radii + p.max_distance + margin;
     if ((reach.center[at(p.geometry_a)] - reach.center[at(p.geometry_b)]).squaredNorm() > most * most) continue;
     reach.close.push_back(i);
-    const bool object =
-        model.bodies()[at(model.geometries()[at(p.geometry_a)].body)].kind == world::BodyKind::Object;  // an object is always geometry_a
+    const bool object = model.bodies()[at(model.geometries()[at(p.geometry_a)].body)].kind ==
+                        world::BodyKind::Object;  // if the pair has an object, it comes first
     const double travel = calc_travel(model, i, reach).travel + (object ? farthest : 0.0);
     const double mu = friction_of(model, i, in, options);
     const double seen = p.max_distance + margin;
