@@ -165,7 +165,7 @@ void Attempt::set_rhs(double t, bool corrector, double reduction) {
     add_all_transposed(
         [](const auto& group) -> const auto& { return group.p; }, dx);
   if (!s_.gives) return;
-  for (int g = 0; g < s_.bounds.groups; ++g) {  // the bounds' part of Gᵀz, (20)
+  for (int g = 0; g < s_.bounds.groups; ++g) {  // term of the soft bounds in Gᵀz, (20)
     const Group<1>& group = s_.bounds.group[at(g)];
     double* to = dx + 4 * s_.bound_tile[at(g)];
     store(to, load(to) + reduction * (group.v[0] * load(s_.bound_sign.data() + 4 * g) * group.hold * (group.yield * group.lambda[0])));
