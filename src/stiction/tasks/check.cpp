@@ -18,7 +18,7 @@ using core::Status;
 
 PoseError goal_error(const world::Model& model, const PlanFile& plan, const Eigen::VectorXd& q) {
   PoseError out{0, 0};
-  Eigen::VectorXd nearest = q;  // the meaning of the region belongs to the problem, so planner code may be used here
+  Eigen::VectorXd nearest = q;  // the meaning of the region belongs to the problem, not to how it was solved
   if (plan.region) planning::project(model, *plan.region, nearest.head(model.n_qu()));
   for (const int object : goal_objects(model, plan)) {
     const world::Pose X_WO = world::object_pose(model, q, object);
