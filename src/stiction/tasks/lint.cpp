@@ -24,7 +24,7 @@ namespace {
 using world::BodyKind;
 using world::Model;
 
-/// A length in a readable unit, with a value above one.
+/// A length as text, in mm below 0.1 m and otherwise in m.
 std::string length(double x) { return std::abs(x) < 0.1 ? fmt::format("{:.3g} mm", 1e3 * x) : fmt::format("{:.3g} m", x); }
 
 class Linter {
@@ -72,7 +72,7 @@ class Linter {
   void place(const Eigen::VectorXd& q) { world::calc_kinematics(model_, q, kinematics_work_, kinematics_); }
   double distance(int i) { return contact::pair_distance(model_, kinematics_, i, contact_work_).phi; }
 
-  /// Adds the place of the last finding, with the current kinematics. @param p  pair of an overlap or a gap
+  /// Adds to the last finding its place under the current kinematics. @param p  pair of an overlap or a gap
   void place_finding(const char* where, int p) {
     const contact::Distance d = contact::pair_distance(model_, kinematics_, p, contact_work_);
     Finding& said = out_.back();

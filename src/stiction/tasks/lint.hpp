@@ -13,7 +13,7 @@ namespace stiction::tasks {
 /// A finding: something in a task that is valid but probably not intended.
 struct Finding {
   std::string
-      kind;  ///< "overlap", "stuck", "force", "unsupported", "hold", "reach", "weight", "motors", "gravity", "size", "visual", "units", "quaternion", "sample_box", "goal"
+      kind;  ///< one of "overlap", "stuck", "force", "unsupported", "hold", "reach", "weight", "motors", "gravity", "size", "visual", "units", "quaternion", "sample_box", "goal"
   std::string message;                   ///< field or body, what was found, and what was probably meant
   std::string where{};                   ///< "start" or "goal" if the finding concerns one of them
   std::vector<std::string> names{};      ///< geometries ("body/geometry") or object concerned

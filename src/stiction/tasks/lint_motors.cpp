@@ -117,7 +117,7 @@ class MotorLinter {
     return out;
   }
 
-  /// Force that a motor gives in any direction: |J_jᵀu| ≤ reach_j.
+  /// Force that the motors of a hand give in any direction, since |J_jᵀu| ≤ reach_j.
   double surely_given() const {
     double best = 0;
     for (const int i : hands_) {
