@@ -10,7 +10,7 @@ namespace stiction::dynamics::detail {
 /// pairs.
 void guess_reach(const world::Model& model, const StepInput& in, const StepOptions& options, double margin, StepWorkspace::Impl& work);
 
-/// True if the last solution violates no row of a pair that work.reach.near left out (S.23).
+/// True if the last solution violates no row of a pair that work.reach.near left out (S.22), by the test (S.23).
 bool stays_within_reach(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work);
 
 }  // namespace stiction::dynamics::detail
