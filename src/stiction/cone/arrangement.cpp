@@ -96,7 +96,7 @@ double weight_of(bool smoothed, double sigma, double theta, const Unit& unit) {
   return smoothed ? sigma : theta * unit.work;
 }
 
-/// Weights of the rows, and lanes without a row.
+/// Sets the weights of the rows and the data of lanes without a row.
 template <int R>
 void set_weights(GeneralBank<R>& b, int n, const Problem::Rows& rows, bool smoothed) {
   constexpr double kDegree = R == 3 ? 2.0 : 1.0;
@@ -127,7 +127,7 @@ void set_bounds(const Problem& problem, bool smoothed, State& s) {
   }
 }
 
-/// Tiles that the rows and Q couple, and the factor for them.
+/// Finds the tiles that the rows and Q couple, and prepares the factor for them.
 void find_factor(State& s) {
   const Layout& layout = *s.layout;
   std::ranges::fill(s.below, TileMask{});

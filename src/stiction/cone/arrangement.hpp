@@ -3,7 +3,8 @@
 #include "stiction/cone/rows.hpp"
 #include "stiction/cone/solver.hpp"
 
-// Internal to the layer: rows between the order of a problem and that of the solver, which sorts them by support, four to a group.
+// Internal to the layer: maps rows between the order of a problem and the order of the solver, which sorts rows by support in groups of
+// four.
 
 namespace stiction::cone::detail {
 

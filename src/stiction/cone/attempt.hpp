@@ -38,7 +38,7 @@ class Attempt {
   /// @param careful  refine every direction (slower)
   void start_cold(double least_slack, bool careful);
   bool try_start_warm();
-  bool try_start_at(const Eigen::VectorXd& x);  ///< Smoothed: at x, each row on its own centre there
+  bool try_start_at(const Eigen::VectorXd& x);  ///< Smoothed: starts at x with each row on its central path
   core::Status run(int& iterations);
   void leave_factor();
   const Residuals& residuals() const { return residuals_; }
@@ -85,16 +85,16 @@ class Attempt {
   const Layout& layout_;
   bool smoothed_;
   int n_rows_;
-  double t_ = 0;        // where the iterate is: mean of wᵀz / weight
-  double t_end_ = 0;    // where it should go
-  double impulse_ = 1;  // S = max(1, ‖b/unit‖∞) rounded down to a power of 2, by which complementarity is measured in Exact mode
+  double t_ = 0;        // position of the iterate on the central path: mean of wᵀz / weight
+  double t_end_ = 0;    // target of t_
+  double impulse_ = 1;  // S = max(1, ‖b/unit‖∞) rounded down to a power of 2, the scale of complementarity in Exact mode
   double primal_ = 0;   // r_p = primal_ · (stored r_p)
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;
   bool centred_ = false;    // the last step was a centring step of good length
   bool following_ = false;  // shifts follow the iterates
-  double sharpness_ = 0;    // Smoothed: bounds that give have at least this for σ
+  double sharpness_ = 0;    // Smoothed: smallest σ of soft bounds
 };
 
 }  // namespace stiction::cone::detail

@@ -33,7 +33,7 @@ void solve_face(const Matrix& A, const Vector& b, double gamma, const std::vecto
   y = S.ldlt().solve(r);
 }
 
-/// Walks from x to the minimiser over the free variables; the first bound on the way becomes active. @returns false where there is none
+/// Moves x towards the minimiser over the free variables. The first bound on the way becomes active. @returns false if no bound is met
 bool walk_to_bound(const Matrix& A, const Eigen::VectorXd& y, const Vector& lower, const Vector& upper, std::vector<Side>& side,
                    Eigen::VectorXd& target, Eigen::VectorXd& x) {
   double t = 1.0;
@@ -58,7 +58,8 @@ bool walk_to_bound(const Matrix& A, const Eigen::VectorXd& y, const Vector& lowe
   return true;
 }
 
-/// The active bound whose multiplier is most wrong, −1 where none is: with y = (b − Ax)/γ the gradient of the objective along x_j is 2γ(x_j − a_jᵀy).
+/// Index of the active bound whose multiplier violates its sign most, −1 if none does. With y = (b − Ax)/γ the gradient of the objective
+/// along x_j is 2γ(x_j − a_jᵀy).
 Eigen::Index worst_bound(const Matrix& A, const Eigen::VectorXd& y, const Vector& lower, const Vector& upper, const std::vector<Side>& side,
                          const Eigen::VectorXd& x) {
   double worst = 1e-12 * (1.0 + x.cwiseAbs().maxCoeff());
@@ -82,7 +83,7 @@ bool solve_bounded_least_squares(const Matrix& A, const Vector& b, double gamma,
   const Eigen::Index m = A.rows();
   const Eigen::Index n = A.cols();
   std::vector<Side> side(at(n), Side::Free);
-  x = Eigen::VectorXd::Zero(n).cwiseMax(lower).cwiseMin(upper);  // feasible throughout
+  x = Eigen::VectorXd::Zero(n).cwiseMax(lower).cwiseMin(upper);  // x stays feasible throughout
   Eigen::MatrixXd S(m, m);
   Eigen::VectorXd r(m), y(m), target(n);
   for (Eigen::Index iteration = 0; iteration < 4 * n + 20; ++iteration) {

@@ -31,11 +31,12 @@ void ConeLeastSquares::add_cone(const Eigen::Ref<const Eigen::MatrixXd>& G, cons
 bool ConeLeastSquares::solve(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::VectorXd>& b, double gamma,
                              const Eigen::Ref<const Eigen::VectorXd>& lower, const Eigen::Ref<const Eigen::VectorXd>& upper,
                              Eigen::VectorXd& x) {
-  // The tolerances of the solver count from 1: the largest number of Aᵀb is made that.
+  // The solver's tolerances assume numbers of about 1, so the problem is scaled until the largest number of Aᵀb is 1.
   const Eigen::VectorXd gradient = A.transpose() * b;
   const double steepest = gradient.cwiseAbs().maxCoeff();
   const Eigen::MatrixXd Q = A.transpose() * A;
-  // Without a gradient, as where a push is to go nowhere, that scale would make numbers of Q infinite: the largest of them is made 1.
+  // Without a gradient (for example a push that should not move anything) this scale would make Q infinite. Then the largest number of Q is
+  // scaled to 1.
   constexpr double kNone = 1e-150;
   const double largest = Q.diagonal().maxCoeff() + gamma;
   const double scale = 1 / (steepest > kNone * largest ? steepest : std::max(largest, std::numeric_limits<double>::min()));

@@ -18,7 +18,7 @@ class ConeLeastSquares {
   void add_cone(const Eigen::Ref<const Eigen::MatrixXd>& G, const Eigen::Vector3d& g);
 
   /// @param A (m × n)  @param b (m)  @param gamma > 0  @param lower, upper (n), may be infinite
-  /// @returns false where no x satisfies the rows, or the solver failed; x is undefined then
+  /// @returns false if no x satisfies the rows or the solver failed; x is then undefined
   bool solve(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::VectorXd>& b, double gamma,
              const Eigen::Ref<const Eigen::VectorXd>& lower, const Eigen::Ref<const Eigen::VectorXd>& upper, Eigen::VectorXd& x);
 

@@ -6,16 +6,16 @@
 namespace stiction::cone::detail {
 namespace {
 
-constexpr double kToBoundary = 0.99;  // part of the way to the boundary
+constexpr double kToBoundary = 0.99;  // largest step as a part of the way to the boundary
 constexpr double kBacktrack = 0.75;
 constexpr double kNeighbourhood = 1e-3;  // smallest eigenvalue of the scaled point against its target
 constexpr double kPlainStep = 0.5;       // a Newton step at least this long needs no corrector (Smoothed)
 constexpr double kTooShort = 0.05;       // a predictor step below this from a centred point: raise μ
 constexpr double kNear = 4;              // Exact: t this close to the centred end point takes plain Newton steps
-constexpr double kCareful = 0.1;         // the neighbourhood of the careful attempt
+constexpr double kCareful = 0.1;         // kNeighbourhood of the careful attempt
 constexpr double kShort = 0.1;           // a corrected step below this is not worth taking: centre instead
-constexpr double kBackUp = 10;           // by this
-constexpr double kShiftAhead = 0.8;      // where on the way of the predictor the corrector's shifts are read: at its end they overshoot
+constexpr double kBackUp = 10;           // factor by which μ is raised
+constexpr double kShiftAhead = 0.8;      // part of the predictor step at which the corrector reads shifts; at the end they overshoot
 
 }  // namespace
 
@@ -78,8 +78,8 @@ void Attempt::calc_gradient() {
   subtract_product(s_.x.data(), s_.gradient.data());
 }
 
-/// Factor of H, and the first half of solving for dx, which holds the right-hand side (kept in scale); where rounding leaves a pivot that is not positive, of H with a slightly
-/// larger diagonal.
+/// Factorises H and does the first half of solving for dx, which holds the right-hand side (kept in scale). If rounding makes a pivot
+/// non-positive, H gets a slightly larger diagonal.
 bool Attempt::factorise() {
   std::ranges::copy(s_.dx, s_.scale.begin());
   if (s_.factor.factorise(s_.dx.data())) return true;
@@ -135,8 +135,8 @@ void Attempt::refine(double* dx) {
   }
 }
 
-/// dx = the right-hand side of the Newton direction to t·weight·e (with Mehrotra's second-order term from the direction now in u, s
-/// when `corrector`) that takes away the part `reduction` of both infeasibilities; less than 1 only with t > 0.
+/// Sets dx to the right-hand side of the Newton direction to t·weight·e, which removes the part `reduction` of both infeasibilities (less
+/// than 1 only with t > 0). With `corrector` it includes Mehrotra's second-order term from the direction now in u, s.
 void Attempt::set_rhs(double t, bool corrector, double reduction) {
   const bool has_p = primal_ != 0 && reduction > 0;
   const bool has_c = t != 0 || corrector;
@@ -165,14 +165,14 @@ void Attempt::set_rhs(double t, bool corrector, double reduction) {
     add_all_transposed(
         [](const auto& group) -> const auto& { return group.p; }, dx);
   if (!s_.gives) return;
-  for (int g = 0; g < s_.bounds.groups; ++g) {  // what is left of Gᵀz, (20)
+  for (int g = 0; g < s_.bounds.groups; ++g) {  // term of the soft bounds in Gᵀz, (20)
     const Group<1>& group = s_.bounds.group[at(g)];
     double* to = dx + 4 * s_.bound_tile[at(g)];
     store(to, load(to) + reduction * (group.v[0] * load(s_.bound_sign.data() + 4 * g) * group.hold * (group.yield * group.lambda[0])));
   }
 }
 
-/// From the solution dx of H·dx = rhs, the rest of that direction. @returns the largest step that stays inside all cones
+/// Computes the rest of the direction from the solution dx of H·dx = rhs. @returns the largest step that stays inside all cones
 double Attempt::finish_direction(double t, bool corrector, double reduction) {
   const bool has_p = primal_ != 0 && reduction > 0;
   const bool has_c = t != 0 || corrector;
@@ -191,7 +191,7 @@ double Attempt::calc_direction(double t, bool corrector, double reduction) {
   return finish_direction(t, corrector, reduction);
 }
 
-/// Step inside the neighbourhood of the central path around t.
+/// Shortens the step until it stays inside the neighbourhood of the central path around t.
 double Attempt::shorten(double alpha, double t) {
   const double floor = (careful_ ? kCareful : kNeighbourhood) * t;
   for (int k = 0; k < 12; ++k, alpha *= kBacktrack) {
@@ -229,7 +229,7 @@ bool Attempt::step() {
     alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
     alpha = shorten(alpha, t);
     if (alpha < std::max(0.5 * affine, kShort)) {
-      // Centre. Where even the centre allows only short steps, μ is too small for the infeasibility that is left: go back up.
+      // Centre. If even a centred point allows only short steps, μ is too small for the remaining infeasibility, so μ is raised.
       const bool up = centred_ && affine < kTooShort;
       const double centring = std::max(1 - affine, 0.5);
       t = up ? kBackUp * std::max(t_, t_end_) : t_end_ + centring * (t_ - t_end_);

@@ -9,7 +9,7 @@ namespace stiction::cone {
 
 /// Lanes of a tile: variables are stored, eliminated and vectorised four at a time.
 inline constexpr int kTile = 4;
-/// Most tiles of a layout, a multiple of 64.
+/// Largest number of tiles of a layout, a multiple of 64.
 inline constexpr int kMaxTiles = 256;
 
 /// Where each variable of (C) lives. Built once per model and shared.
@@ -18,8 +18,8 @@ inline constexpr int kMaxTiles = 256;
 /// order (fingers before objects, objects up the stack before the arm). A row of G touches few variables; each distinct set
 /// of variables is registered once as a support, so that adding a row later is a copy.
 ///
-/// Groups are packed lane after lane; a group starts a new tile only where it would otherwise touch more tiles than its size
-/// needs. So groups of 6 share tiles in pairs, groups of 3 and 4 have their own.
+/// Groups are packed lane after lane. A group starts a new tile only if it would otherwise touch more tiles than its size needs.
+/// So groups of 6 share tiles in pairs, and groups of 3 and 4 have their own tiles.
 class Layout {
  public:
   /// The tiles that a registered set of variables touches.

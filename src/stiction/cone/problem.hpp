@@ -9,22 +9,22 @@
 
 namespace stiction::cone {
 
-/// By what a row or a variable is measured, so that no number of the method has a unit: powers of two, or the same problem in other units
-/// takes other roundings.
+/// Units in which a row or a variable is measured, so that all numbers inside the method are dimensionless. Use powers of two; otherwise
+/// the same problem in other units is rounded differently.
 struct Unit {
-  double length = 1;  ///< of w, or of x [unit of w or x]
-  double work = 1;    ///< of wᵀz; work/length is that of z, and of Qx + b
+  double length = 1;  ///< unit of w, or of x [unit of w or x]
+  double work = 1;    ///< unit of wᵀz; work/length is the unit of z, and of Qx + b
 };
 
 /// The data of (C):  min ½xᵀQx + bᵀx  subject to  wᵢ = Gᵢx + gᵢ ∈ Kᵢ,  refilled at each step.
 ///
 /// Kᵢ is the Lorentz cone L³ = {w₀ ≥ ‖(w₁,w₂)‖} (add_cone) or the half-line w ≥ 0 (add_half_line, and add_bound for a row with
-/// a single ±1). Each row carries an id, by which warm starts find it again, and the σ of its smoothed complementarity
+/// a single ±1). Each row has an id, by which warm starts find it again, and the σ of its smoothed complementarity
 /// w ∘ z = σe. No heap use while the row counts stay within the largest seen so far. Copyable.
 /// Checked in tests/cone/problem_test.cpp.
 class Problem {
  public:
-  /// @param max_cones, max_half_lines  rows to make room for, ≥ 0; more are accepted later and counted in growths()
+  /// @param max_cones, max_half_lines  rows to reserve memory for, ≥ 0; more rows are accepted later and counted in growths()
   Problem(std::shared_ptr<const Layout> layout, int max_cones, int max_half_lines);
 
   const Layout& layout() const { return *layout_; }
@@ -47,13 +47,13 @@ class Problem {
   /// @param G        3×k, row-major, columns in the order of the support
   /// @param g        3
   /// @param sigma    ≥ 0, w ∘ z = (σ,0,0) in Smoothed mode (= 2/κ for a barrier weight κ on the objective)
-  /// @param unit     of the row; in Exact mode w∘z goes to 0 in the proportion of the works of the rows
+  /// @param unit     unit of the row; in Exact mode w∘z of the rows goes to 0 in proportion to their unit of work
   /// @returns        index among the cones, in order of adding
   /// @throws InvalidInput: unknown support, numbers not finite, sigma < 0, a unit not finite and > 0
   int add_cone(std::uint64_t id, int support, const double* G, const double* g, double sigma, Unit unit = {});
   /// Adds the row Gx + g ≥ 0; G is 1×k. sigma = 1/κ. Otherwise as add_cone. @returns index among the half-lines
   int add_half_line(std::uint64_t id, int support, const double* G, double g, double sigma, Unit unit = {});
-  /// Adds sign·x(variable) + offset ≥ 0, sign = ±1. A bound that gives is sign·x + offset + give·z ≥ 0: what it is violated by costs
+  /// Adds sign·x(variable) + offset ≥ 0, sign = ±1. With give > 0 the bound is soft, sign·x + offset + give·z ≥ 0: a violation costs
   /// (·)²/(2 give) instead of being forbidden (docs/theory/soft_bounds.md, eq. 20).
   /// @param give  ≥ 0 [unit of w over that of z]
   /// @returns index among the bounds @throws InvalidInput: as add_cone, give < 0 or not finite

@@ -43,17 +43,17 @@ inline Element<3> apply(const V4* v, const Element<3>& x) {
   }
 }
 
-/// w∘z is known to this part of w₀z₀.
+/// Relative accuracy of w∘z, as a part of w₀z₀.
 inline constexpr double kRounding = 1e-14;
 
-/// Where the iterate is, over all rows seen.
+/// Position of the iterate with respect to the central path, over all rows seen so far.
 struct Spread {
   V4 mean{};   // Σ wᵀz / weight
   V4 worst{};  // max wᵀz / work
   V4 off{};    // max ‖w∘z − t·weight·e‖∞ / weight
 };
 
-/// Nesterov–Todd scaling of a group: V, λ and what the solver needs of them (eq. 4–7).
+/// Computes the Nesterov–Todd scaling of a group: V, λ and the quantities derived from them (eq. 4–7).
 template <int R>
 inline void scale_group(Group<R>& b, double t, Spread& spread) {
   const auto w = load_element<R>(b.w);

@@ -14,23 +14,23 @@ namespace detail {
 namespace {
 
 constexpr double kFarSlack = 1.0;          // slack of the retry
-constexpr double kWarmMemory = 1e-5;       // z is remembered where t passes this
-constexpr double kNoInterior = 1e-6;       // slack, in lengths of the row
+constexpr double kWarmMemory = 1e-5;       // z is remembered when t falls below this
+constexpr double kNoInterior = 1e-6;       // smallest slack that counts as an interior, in lengths of the row
 constexpr double kCentreTolerance = 1e-7;  // relative, of the centred end point in Exact mode
-constexpr double kShiftEnd = 100;          // shifts follow the iterates until t passes this times the tolerance …
-constexpr double kLeastShiftEnd = 1e-7;    // … or this, where it is more
-constexpr int kShiftIterations = 30;       // … or for so many iterations
-constexpr double kShiftSlack = 0.5;        // a shift that becomes less takes at most this part of the slack from w, the rest from r_p
-constexpr double kSharpenFrom = 0.5;       // how far off its centre the point may be when σ of bounds that give gets smaller, relative …
-constexpr double kSharpen = 0.1;           // … by this
-constexpr double kExactEnd = 0.05;         // that point is at this part of the tolerance
+constexpr double kShiftEnd = 100;          // shifts follow the iterates until t falls below this times the tolerance
+constexpr double kLeastShiftEnd = 1e-7;    // smallest t at which the shifts stop following
+constexpr int kShiftIterations = 30;       // largest number of iterations for which the shifts follow
+constexpr double kShiftSlack = 0.5;        // part of the slack that a decreasing shift may take from w; r_p takes the rest
+constexpr double kSharpenFrom = 0.5;       // largest relative distance from the centre at which σ of soft bounds is reduced
+constexpr double kSharpen = 0.1;           // factor of this reduction
+constexpr double kExactEnd = 0.05;         // centred end point in Exact mode, as a part of the tolerance
 
 }  // namespace
 
 using core::Status;
 
-/// Residuals from raw data. @returns whether stationarity and primal residual are within tolerance; when the primal one is not,
-/// r_p is taken from the raw data.
+/// Computes the residuals from raw data. @returns true if stationarity and primal residual are within tolerance. If the primal residual is
+/// not, r_p is set from the raw data.
 bool Attempt::measure() {
   const int padded = layout_.padded_size();
   std::ranges::fill(s_.scratch, 0.0);
@@ -76,9 +76,9 @@ bool Attempt::measure() {
   return stationarity <= options_.tol_kkt && primal <= options_.tol_kkt;
 }
 
-/// −gᵀz > radius·‖Gᵀz‖₁: no ‖x‖∞ ≤ radius is feasible (eq. 11). In Smoothed mode it is enough that none has all slacks above
-/// 1e-6 of its length (the central path needs an interior). Bounds that give are always feasible and have no part in it. Call after measure(), which leaves
-/// Gᵀz in scratch.
+/// True if −gᵀz > radius·‖Gᵀz‖₁: no x with ‖x‖∞ ≤ radius is feasible (eq. 11). In Smoothed mode it is enough that no such x has all slacks
+/// above 1e-6 of the row's length, because the central path needs an interior. Soft bounds are always feasible and are left out. Call this
+/// after measure(), which leaves Gᵀz in scratch.
 bool Attempt::prove_infeasible() {
   double gz = 0, norm = 0, size = 0;  // size: Σ z₀ℓ
   for (int i = 0; i < s_.n_cones; ++i) {
@@ -119,8 +119,8 @@ void Attempt::release_residual() {
   primal_ = 1.0;
 }
 
-/// Shift ← ‖(w₁, w₂)‖ in every cone (eq. 18). What it grows by, w₀ grows by as well: the point stays where it is in the interior, and feasible.
-/// What it shrinks by is taken from w₀ as far as the slack allows, and is primal residual for the rest.
+/// Sets the shift to ‖(w₁, w₂)‖ in every cone (eq. 18). If the shift grows, w₀ grows by the same amount, and the point stays interior and
+/// feasible. If the shift shrinks, w₀ shrinks as far as the slack allows, and the rest becomes primal residual.
 void Attempt::follow_tangents() {
   const bool feasible = primal_ == 0;
   release_residual();
@@ -138,8 +138,8 @@ void Attempt::follow_tangents() {
   if (feasible && !(largest(off) > 0)) primal_ = 0.0;
 }
 
-/// Shift ← ‖(w₁, w₂)‖ where the predictor, now in u, is after a step α, in every cone: the corrector goes for what its own step will ask for. The point and
-/// its scaling stay; what the shift changes by is primal residual.
+/// Sets the shift of every cone to ‖(w₁, w₂)‖ after a step α along the predictor, now in u. The corrector then aims for the shift that its
+/// own step will need. The point and its scaling stay; the change of the shift becomes primal residual.
 void Attempt::anticipate_tangents(double alpha) {
   release_residual();
   each_group(s_.cones, [alpha](Group<3>& group) {
@@ -154,7 +154,7 @@ void Attempt::anticipate_tangents(double alpha) {
   for_each_group([]<int R>(Group<R>& group) { scale_primal_residual<R>(group, 1.0); });
 }
 
-/// Smoothed: σ of bounds that give starts at the largest of all rows, where the central path is easy to follow …
+/// Smoothed: σ of soft bounds starts at the largest σ of all rows, where the central path is easy to follow. sharpen() reduces it later.
 void Attempt::blunt() {
   if (!smoothed_ || !s_.gives) return;
   V4 largest_weight{};
@@ -163,7 +163,7 @@ void Attempt::blunt() {
   sharpen();
 }
 
-/// … and becomes smaller on the way. @returns false when every row has its own
+/// Smoothed: reduces σ of soft bounds. @returns false when every row has its own σ
 bool Attempt::sharpen() {
   if (sharpness_ == 0) return false;
   sharpness_ *= kSharpen;
@@ -204,7 +204,7 @@ Status Attempt::run(int& iterations) {
     residuals_.complementarity = smoothed_ ? off : worst;
     if (!(t_ >= 0) || !std::isfinite(t_) || !std::isfinite(largest(spread.off))) return Status::NumericalFailure;
     if (!smoothed_ && t_ >= kWarmMemory * impulse_) remember_z();
-    // Rounding of w∘z can keep a sharp row just above the tolerance: then two iterates within ten times of it will do.
+    // Rounding of w∘z can keep a sharp row just above the tolerance. Two iterates within ten times the tolerance are then accepted.
     const bool close = smoothed_ ? sharpness_ == 0 && (off <= tolerance || std::max(off, last_off) <= 10 * tolerance) : worst <= tolerance;
     last_off = off;
     const bool good = close && measure();
@@ -234,7 +234,7 @@ Status Attempt::run(int& iterations) {
   }
 }
 
-/// Factor of H at the final point, in the scaling that scale() has just made.
+/// Factorises H at the final point, in the scaling that scale() has just computed.
 void Attempt::leave_factor() {
   build();
   std::ranges::fill(s_.dx, 0.0);

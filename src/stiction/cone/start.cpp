@@ -8,7 +8,7 @@ namespace stiction::cone::detail {
 namespace {
 
 constexpr double kColdCentre = 0.003;  // w∘z = θ·S·kColdCentre·e, in works of the row
-constexpr double kWarmSlack = 1e-4;    // the same for a warm attempt
+constexpr double kWarmSlack = 1e-4;    // smallest slack of w in a warm attempt, in lengths of the row
 
 template <int R>
 double slack_of(const double* w, int stride) {
@@ -32,7 +32,7 @@ void set_inverse(double* z, const double* w, double value) {
   }
 }
 
-/// Pushes w inside and takes z from memory. @returns how far w moved, relative to its slack
+/// Pushes w inside its cone and takes z from memory. @returns how far w moved, relative to its slack
 template <int R>
 double start_row(double* w, double* z, double* r_p, const double* remembered, double target, double length, bool smoothed) {
   const double slack = slack_of<R>(w, 4);
@@ -60,7 +60,7 @@ double start_row(double* w, double* z, double* r_p, const double* remembered, do
 
 }  // namespace
 
-/// A bound that gives starts feasible and on the central path: w − give·z = gx + g and wz = target.
+/// A soft bound starts feasible and on the central path: w − give·z = gx + g and wz = target.
 void Attempt::start_giving(int i, double gx, double centre) {
   Group<1>& group = s_.bounds.of(i);
   const double give = *lane(&group.give, i);
@@ -110,8 +110,8 @@ void Attempt::start_cold(double least_slack, bool careful) {
   primal_ = 1.0;
 }
 
-/// w = Gx + g in every row, at the x of the state. Bounds that give are started.
-/// @param visit  called with the group of a row, its place, the memory of its kind, its id and its number in the problem
+/// Sets w = Gx + g in every row at the x of the state. Soft bounds are started as well.
+/// @param visit  called with the group of a row, its place, the memory of its kind, its id and its index in the problem
 template <class Visit>
 void Attempt::start_at_x(double centre, Visit&& visit) {
   const Memory& m = s_.memory;

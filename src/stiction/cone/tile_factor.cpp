@@ -71,7 +71,7 @@ bool TileFactor::analyse(const std::vector<TileMask>& below) {
       index_[at(i * n_ + j)] = n_stored_++;
       row_[at(i)].set(j);
     });
-    if (const int parent = rows.first(); parent >= 0) {  // fill: what is below here is below the first of them
+    if (const int parent = rows.first(); parent >= 0) {  // fill-in: the tiles below column j also appear in the column of its first tile
       rows.reset(parent);
       column_[at(parent)] |= rows;
     }
@@ -216,7 +216,7 @@ void TileFactor::solve_backward(double* x) const {
   for (int k = n_ - 1; k >= 0; --k) {
     const Target* target = targets_.data() + column_start_[static_cast<std::size_t>(k)];
     const double* d = values + target->tile;
-    // The tiles are read from the last row on: what was found last comes last.
+    // The tiles are read from the last row on, so that the value found last is used last.
     const Target* at = targets_.data() + column_start_[static_cast<std::size_t>(k + 1)];
     V4 s0{}, s1{}, s2{}, s3{};
     while (--at != target) {

@@ -12,9 +12,9 @@ namespace {
 
 using core::Status;
 
-constexpr int kMaxRounds = 12;  // the last one has all rows
-/// Complementarity to which an exact step with A or B is centred [-]: sharper, the factor of H loses the digits that B needs, since its
-/// entries grow with λ²/σ.
+constexpr int kMaxRounds = 12;  // the last round has all rows
+/// Complementarity to which an exact step with A or B is centred [-]. With a smaller value the factor of H would lose the digits that B
+/// needs, because the entries of H grow with λ²/σ.
 constexpr double kSensitivityComplementarity = 1e-8;
 
 cone::Options solver_options(const StepProgram& program, const RowRule& rule) {
@@ -24,14 +24,14 @@ cone::Options solver_options(const StepProgram& program, const RowRule& rule) {
   out.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
   out.tol_complementarity = exact && program.with_derivatives() ? std::max(options.tol_complementarity, kSensitivityComplementarity)
                                                                 : options.tol_complementarity;
-  out.warm_start = options.warm_start && !is_coulomb(options);  // where the shifts end depends on where they start
+  out.warm_start = options.warm_start && !is_coulomb(options);  // the final shifts depend on the initial ones
   out.x_near = exact ? nullptr : program.guess;
   out.sensitivities = program.with_derivatives();
   out.shift_by_tangent = rule.closed;
   return out;
 }
 
-/// Rows, motors and joints of the first round.
+/// Chooses the rows of the first round; no motor is saturated and all joints with friction stick.
 void start_rows(const StepProgram& program, const RowRule& rule, StepWorkspace::Impl& work) {
   const auto& [model, in, options, guess, smoothing, barrier] = program;
   work.included.resize(work.contacts.size());
@@ -60,7 +60,7 @@ void add_contacts(const StepProgram& program, const RowRule& rule, StepWorkspace
   }
 }
 
-/// The program of one round, from the rows that are included.
+/// Writes the program of one round from the included rows.
 void write_program(const StepProgram& program, const RowRule& rule, StepWorkspace::Impl& work) {
   const auto& [model, in, options, guess, smoothing, barrier] = program;
   cone::Problem& problem = *work.problem;
@@ -81,7 +81,7 @@ void write_program(const StepProgram& program, const RowRule& rule, StepWorkspac
   add_friction(options, work);
 }
 
-/// True when the solution asks for rows, motors or joints that the program does not have; the next round has them.
+/// Adds violated rows, saturated motors and sliding joints for the next round. @returns true if anything was added
 bool extend(const StepProgram& program, const RowRule& rule, StepWorkspace::Impl& work) {
   const bool rows = add_violated(program.model, program.in, program.options, rule.closed, work);
   const bool motors = program.options.effort_limits && saturate_motors(program.model, program.in, work);

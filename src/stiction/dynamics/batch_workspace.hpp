@@ -6,7 +6,7 @@
 #include "stiction/core/parallel.hpp"
 #include "stiction/dynamics/step_batch.hpp"
 
-// Internal to the layer: what threads of a batch have of their own.
+// Internal to the layer: the workspaces of the threads of a batch.
 
 namespace stiction::dynamics {
 
@@ -21,7 +21,8 @@ struct StepBatchWorkspace::Impl {
 
 namespace detail {
 
-/// Calls visit(column, workspace, result) for every column on all threads, in blocks: a step may cost less than to be handed out.
+/// Calls visit(column, workspace, result) for every column on all threads, in blocks, because handing out a single step may cost more than
+/// the step.
 template <class Visit>
 void for_each_column(StepBatchWorkspace& workspace, Eigen::Index n, Eigen::Index block_size, Visit&& visit) {
   StepBatchWorkspace::Impl& work = workspace.impl();
@@ -31,14 +32,14 @@ void for_each_column(StepBatchWorkspace& workspace, Eigen::Index n, Eigen::Index
   });
 }
 
-/// Options of steps of a batch: each is cold, so that it depends on its own input alone. @throws core::InvalidInput: out of range
+/// Options for the steps of a batch: cold, so that each step depends on its own input alone. @throws core::InvalidInput: out of range
 inline StepOptions cold(StepOptions options) {
   options.warm_start = options.with_force_derivatives = false;
   options.validate();
   return options;
 }
 
-/// @param failed  how many are not Solved  @returns the first of these, or Solved
+/// Counts failures. @param failed  number of entries that are not Solved  @returns the first status that is not Solved, or Solved
 inline core::Status first_failure(const std::vector<core::Status>& status, int& failed) {
   const auto is_failure = [](core::Status one) { return one != core::Status::Solved; };
   failed = static_cast<int>(std::ranges::count_if(status, is_failure));

@@ -7,10 +7,10 @@ namespace {
 
 using core::Status;
 
-/// A solution that leaves a contact nearer to or farther from its obstacle than this is not the fixed point of Coulomb's law.
-constexpr double kClosed = 3e-3;  // of L of the pair (world::Scales)
+/// Largest gap or penetration of a contact in a solution that counts as the fixed point of Coulomb's law.
+constexpr double kClosed = 3e-3;  // share of L of the pair (world::Scales)
 
-/// A row of the program penetrates, or carries a force across a gap, by more than kClosed L.
+/// True if a contact in the program penetrates by more than kClosed L, or carries a force across a gap above kClosed L.
 bool misses_contact(const world::Model& model, const StepOptions& options, const StepWorkspace::Impl& work) {
   const cone::Result& s = work.solution;
   Eigen::Index cone = 0;

@@ -9,11 +9,12 @@ namespace {
 
 using world::Model;
 
-/// A joint that sticks creeps by at most this in a step, at a load of τ_f: of L of an object that slides, or of 1 rad. A thousand steps then move it by less than what
-/// counts as motionless, and a step by no more than the gap that a contact keeps at the least force that counts (1e-10 · 5 L / 3e-4).
+/// Largest creep of a sticking joint per step at a load of τ_f, as a share of L of a sliding object or of 1 rad. A thousand steps then move
+/// the joint by less than the motionless threshold. One step moves it by no more than the gap that a contact keeps at the smallest force
+/// that counts (1e-10 · 5 L / 3e-4).
 constexpr double kCreep = 1e-3 * world::share::kMotionless;
 
-/// Smoothed steps: σ of a row as a share of h·τ_f²/k, as that of motors.
+/// σ of a friction row in smoothed steps, as a share of h·τ_f²/k. Motors use the same rule.
 constexpr double kCornerSharpness = 1e-6;
 
 std::uint64_t friction_id(const StepWorkspace::Impl& work, int v) {
@@ -38,7 +39,8 @@ void set_stiction(const Model& model, const StepOptions& options, StepWorkspace:
     const world::Dof& dof = model.dofs()[at(joint.v)];
     const double unit = dof.kind == world::DofKind::Revolute ? 1.0 : model.scales().object(dof.owner).length;
     joint.stiction = joint.friction / (kCreep * unit);
-    // A multiplier λ kept within ±hτ_f by barriers of σ = h/κ moves its joint by σ/(hτ_f − λ) − σ/(hτ_f + λ), 2σλ/(hτ_f)² where λ is small.
+    // Barriers with σ = h/κ that keep a multiplier λ within ±hτ_f move the joint by σ/(hτ_f − λ) − σ/(hτ_f + λ), or 2σλ/(hτ_f)² for small
+    // λ.
     if (analytic != nullptr) joint.stiction = std::min(joint.stiction, analytic->kappa * joint.friction * joint.friction / 2);
   }
 }

@@ -2,26 +2,29 @@
 
 #include "stiction/dynamics/program.hpp"
 
-// Internal to the layer: dry friction of hinges and sliders (S.19), a spring about δq = 0 that gives way at τ_f. docs/theory/joint_friction.md.
+// Internal to the layer: dry friction of hinges and sliders (S.19), a spring about δq = 0 that gives way at τ_f.
+// docs/theory/joint_friction.md.
 
 namespace stiction::dynamics::detail {
 
-/// Hinges and sliders with friction, which all stick.
+/// Finds the hinges and sliders with dry friction. All of them start sticking.
 std::vector<FrictionJoint> find_friction_joints(const world::Model& model);
 
-/// What they stick with in this step: stiffer than their τ_f over the creep that a step may have, or, smoothed, as a barrier of κ has it.
+/// Sets the stiffness k of sticking joints for this step: τ_f divided by the creep allowed per step, or, in smoothed steps, at most the
+/// stiffness that follows from the barrier weight κ.
 void set_stiction(const world::Model& model, const StepOptions& options, StepWorkspace::Impl& work);
 
-/// Their part of Q and b: stuck ones have hk, sliding ones the force ±τ_f.
+/// Writes the joints' part of Q and b: hk for a sticking joint, the force ±τ_f for a sliding joint.
 void set_friction(const StepOptions& options, StepWorkspace::Impl& work);
 
-/// Rows −side·δq − τ_f/k + z/(hk) ≥ 0 of those that slide.
+/// Adds the rows −side·δq − τ_f/k + z/(hk) ≥ 0 of sliding joints.
 void add_friction(const StepOptions& options, StepWorkspace::Impl& work);
 
-/// Those whose spring holds more than τ_f at the solution slide in the next round, to the side that gives way; true when there are any. As saturate_motors.
+/// Lets a joint slide in the next round if its spring holds more than τ_f at the solution. Same scheme as saturate_motors().
+/// @returns true if any joint changed
 bool slide_joints(StepWorkspace::Impl& work);
 
-/// Forces of the joints on their coordinates.
+/// Reads the friction forces of the joints on their coordinates.
 void read_friction(const world::Model& model, const StepOptions& options, const StepWorkspace::Impl& work, StepResult& out);
 
 }  // namespace stiction::dynamics::detail

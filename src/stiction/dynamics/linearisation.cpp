@@ -16,7 +16,7 @@ using world::Model;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// From the tangent space at q, where δq lives, to the one at q ⊕ δq: rows of free rotations get J_r.
+/// Transports D from the tangent space at q, where δq lives, to the tangent space at q ⊕ δq: J_r multiplies the rows of free rotations.
 void transport(const Model& model, const Eigen::VectorXd& delta, Eigen::MatrixXd& D) {
   for_each_free_rotation(model, [&](int row) {
     const So3 so3(delta.segment<3>(row));
@@ -27,7 +27,7 @@ void transport(const Model& model, const Eigen::VectorXd& delta, Eigen::MatrixXd
   });
 }
 
-/// λ and S = −∂λ/∂w_c of every contact at the solution, with w_c = φe₁ + J_c δq (S.7); both 0 where the rows are not in the program.
+/// Computes λ and S = −∂λ/∂w_c of every contact at the solution, with w_c = φe₁ + J_c δq (S.7). Both are 0 for contacts without rows.
 void fill_impulses(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work) {
   int cone = 0, half = 0;
   work.lambda.assign(out.contacts.size(), Vector3d::Zero());
@@ -55,8 +55,9 @@ void fill_impulses(const SolvedStep& step, const StepResult& out, LinearisationW
 /// S y of one contact.
 Vector3d multiply(const ContactStiffness& S, const Vector3d& y) { return S.sharp * S.sharp.dot(y) + S.rest * y; }
 
-/// −∂(Qδq + b)/∂q (S.8). Robots: b = −hK_a(u − qᵃ), constant where the spring has a row of its own (S.15). Objects: mass matrix and gravity where a centre of mass turns about an axis that it is
-/// off; a free object that carries nothing and has its frame there turns about its own.
+/// Adds −∂(Qδq + b)/∂q to R (S.8). Robots: b = −hK_a(u − qᵃ), which is constant for a saturated spring (S.15). Objects: the mass matrix and
+/// gravity depend on q if the centre of mass turns about an axis away from it. A free object that carries nothing and has its frame at the
+/// centre of mass needs no such term.
 void subtract_objective(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, Eigen::MatrixXd& R) {
   const Model& model = step.model;
   const double h = step.options.h;
@@ -77,7 +78,7 @@ void subtract_objective(const SolvedStep& step, const StepResult& out, Linearisa
   }
 }
 
-/// One contact's coordinates and Jacobian.
+/// Coordinates and Jacobian of one contact.
 struct Rows {
   Rows(const SolvedStep& step, const StepResult& out, std::size_t i)
       : support(step.model.supports()[at(step.model.pairs()[at(out.contacts[i].contact.pair)].support)]),
@@ -87,7 +88,7 @@ struct Rows {
   Matrix J;
 };
 
-/// dλ −= S (D_w_q + J_c X) of every contact, X (n_v × n); without D_w_q unless asked for.
+/// dλ −= S (D_w_q + J_c X) for every contact, X (n_v × n). D_w_q is left out unless with_D_w.
 void subtract_answers(const SolvedStep& step, const StepResult& out, bool with_D_w, const RowMatrix& X, LinearisationWorkspace& work,
                       ImpulseDerivatives& D_lambda) {
   work.motion.resize(3, step.model.n_v());
@@ -111,7 +112,7 @@ void subtract_answers(const SolvedStep& step, const StepResult& out, bool with_D
   }
 }
 
-/// dλ = −S (D_w_q + J_c X) (S.9) of every contact, X the derivative of δq; without D_w_q for derivatives by u.
+/// dλ = −S (D_w_q + J_c X) (S.9) for every contact, with X the derivative of δq. Derivatives by u have no D_w_q.
 void calc_impulses(const SolvedStep& step, const StepResult& out, bool by_q, LinearisationWorkspace& work, ImpulseDerivatives& D_lambda) {
   const RowMatrix& X = by_q ? work.by_q.X : work.by_u.X;
   D_lambda.resize(out.contacts.size(), X.cols());
@@ -132,7 +133,7 @@ void add_impulses(const SolvedStep& step, const StepResult& out, const ImpulseDe
   }
 }
 
-/// R += J_cᵀ dλ for dλ = −S D_w_q, the impulses' answer while δq stays.
+/// R += J_cᵀ dλ for dλ = −S D_w_q, the change of the impulses at constant δq.
 void add_first_impulses(const SolvedStep& step, const StepResult& out, const LinearisationWorkspace& work, Eigen::MatrixXd& R) {
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     if (!step.included[i]) continue;
@@ -147,9 +148,9 @@ void add_first_impulses(const SolvedStep& step, const StepResult& out, const Lin
   }
 }
 
-/// H X = fixed + J_cᵀdλ and dλ = −S (D_w_q + J_c X), refined as two equations: S has entries of λ²/σ, whose digits the factor of H has lost and
-/// which would be lost again if dλ were computed anew from the better X. One round serves X; where more contacts press than J_c has rank, dλ
-/// wants another.
+/// Refines the solution of the two equations H X = fixed + J_cᵀdλ and dλ = −S (D_w_q + J_c X). S has entries of the size λ²/σ. The factor
+/// of H has lost their digits, and recomputing dλ from the better X would lose them again. One round is enough for X. dλ needs a second
+/// round if more contacts press than J_c has rank.
 void refine(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, bool by_q, Eigen::MatrixXd& X) {
   LinearSystem& system = by_q ? work.by_q : work.by_u;
   ImpulseDerivatives& D_lambda = by_q ? work.D_lambda_q : work.D_lambda_u;
@@ -198,7 +199,7 @@ void calc_fixed(const SolvedStep& step, contact::Workspace& contact_work, Linear
   subtract_objective(step, out, work, work.by_q.fixed);
 }
 
-/// Calls visit(i, g) with g = ∂ ln σ/∂q of every contact whose σ changes with q (S.17): λ is proportional to σ where w stays, ∂λ = λ gᵀ.
+/// Calls visit(i, g) with g = ∂ ln σ/∂q for every contact whose σ changes with q (S.17). At constant w, λ is proportional to σ: ∂λ = λ gᵀ.
 template <class Visit>
 void for_each_slope(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, Visit&& visit) {
   if (std::holds_alternative<Exact>(step.options.smoothing) || !step.shares) return;
@@ -207,7 +208,7 @@ void for_each_slope(const SolvedStep& step, const StepResult& out, Linearisation
   }
 }
 
-/// A = T + J_r D_δq_q, T the transport of the tangent space: exp(δθ)ᵀ for free rotations, else 1 (S.10).
+/// A = T + J_r D_δq_q, where T transports the tangent space: exp(δθ)ᵀ for free rotations, otherwise 1 (S.10).
 void calc_A(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, StepResult& out) {
   calc_fixed(step, contact_work, work, out);
   for_each_slope(step, out, work, [&](std::size_t i, const Eigen::VectorXd& slope) {

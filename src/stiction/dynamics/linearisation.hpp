@@ -17,27 +17,27 @@ struct QEntry {
   double value;
 };
 
-/// What a solved step leaves behind, which its derivatives are made of.
+/// The data of a solved step that its derivatives need.
 struct SolvedStep {
   const world::Model& model;
   const StepOptions& options;
   const world::Kinematics& kinematics;
   const contact::Jacobians& J;
   std::span<const char> included;         ///< per contact: its rows are in the program
-  bool shares;                            ///< rims have shares of σ (S.17)
-  std::span<const Eigen::Vector2d> rays;  ///< of the half-lines of a contact, none for second-order cones
-  std::span<const int>
-      bound_variables;               ///< of the joint limits, motors and sliding joints with friction in the program, in order of adding
-  std::size_t moving_bounds;         ///< the first of them, whose offsets move with q
-  std::span<const int> motor_bound;  ///< per robot joint: index among them of the row on which its spring saturates (S.15), or −1
+  bool shares;                            ///< rim points have their own shares of σ (S.17)
+  std::span<const Eigen::Vector2d> rays;  ///< rays of a contact's half-lines; empty for second-order cones
+  /// Variables of the bounds in the program, in order of adding: joint limits, motors, sliding joints with friction.
+  std::span<const int> bound_variables;
+  std::size_t moving_bounds;         ///< number of bounds at the front whose offsets move with q
+  std::span<const int> motor_bound;  ///< per robot joint: index of the bound on which its spring saturates (S.15), or −1
   std::span<const QEntry> Q;
   const cone::Workspace& solver;
 };
 
-/// Rows of these are combined.
+/// Row-major, because the code combines rows.
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// S = −∂λ/∂w_c of a contact as s sᵀ + R. An exact step has s of λ/√σ, beside which R would lose its digits in one matrix.
+/// S = −∂λ/∂w_c of a contact, stored as s sᵀ + R. In an exact step s is of the size λ/√σ, so R would lose its digits in one matrix.
 struct ContactStiffness {
   Eigen::Vector3d sharp = Eigen::Vector3d::Zero();  // s
   Eigen::Matrix3d rest = Eigen::Matrix3d::Zero();   // R
@@ -46,11 +46,11 @@ struct ContactStiffness {
 /// The system for derivatives by q or by u, each with its own storage.
 struct LinearSystem {
   Eigen::MatrixXd fixed;  // right-hand sides at constant impulses
-  RowMatrix X, residual;  // solution, and what is left of the right-hand sides
+  RowMatrix X, residual;  // solution and its residual
   Eigen::MatrixXd correction;
 };
 
-/// Scratch; sized by the first call.
+/// Scratch of linearise(), sized by its first call.
 struct LinearisationWorkspace {
   std::vector<contact::Contact> contacts;
   std::vector<Eigen::Vector3d> lambda;
@@ -58,14 +58,14 @@ struct LinearisationWorkspace {
   contact::ContactDerivatives derivatives;
   LinearSystem by_q, by_u;
   ImpulseDerivatives D_lambda_q, D_lambda_u;
-  Eigen::VectorXd slope;                  // of the share of a rim's point
+  Eigen::VectorXd slope;                  // derivative of ln share of a rim point (S.17)
   RowMatrix motion;                       // 3 × n: D_w_q + J_c X of one contact
-  Eigen::MatrixXd D_momentum, D_gravity;  // of one object
+  Eigen::MatrixXd D_momentum, D_gravity;  // derivatives for one object
   std::vector<int> actuated;              // velocity indices of the commands
-  std::vector<double> h_stiffness;        // hK_a, or what is left of it where the motor is at its limit (21)
+  std::vector<double> h_stiffness;        // hK_a, or D of (21) for a saturated motor
 };
 
-/// Fills out.A, out.B and the derivatives of the impulses, whichever the options ask for, at the solution in `out`.
+/// Computes out.A, out.B and the impulse derivatives at the solution in `out`, as far as the options ask for them.
 void linearise(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, StepResult& out);
 
 }  // namespace stiction::dynamics::detail

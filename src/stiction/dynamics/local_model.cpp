@@ -23,9 +23,9 @@ using world::Model;
 struct Sample {
   VectorXd w_q, w_u;  // disturbance
   VectorXd q, u;      // disturbed point
-  VectorXd guess;     // of δq there
+  VectorXd guess;     // approximate δq at the disturbed point
   StepResult step;
-  VectorXd r;  // of q_next, from the nominal one
+  VectorXd r;  // difference of q_next from the nominal q_next
 };
 
 void require_std(const char* field, const VectorXd& std, Eigen::Index size) {
@@ -42,7 +42,7 @@ void validate_sampling(const Model& model, const Sampling& s) {
 
 double entry(const VectorXd& std, Eigen::Index i) { return std.size() == 1 ? std[0] : std[i]; }
 
-/// std · normal(); where that is 0, only the two numbers that a normal one takes are drawn.
+/// Draws std · normal(). If std is 0, the function still consumes the two random numbers of a normal draw.
 double draw(double std, core::Random& random) {
   if (std > 0) return std * random.normal();
   random.bits(), random.bits();
@@ -56,7 +56,7 @@ struct LocalModelWorkspace::Impl {
     for (int i = 0; i < threads; ++i) steps.emplace_back(model);
   }
   core::ThreadPool pool;
-  std::vector<StepWorkspace> steps;  // per thread
+  std::vector<StepWorkspace> steps;  // one per thread
   std::vector<Sample> samples;
   StepResult nominal;
 };
@@ -68,8 +68,8 @@ LocalModelWorkspace::LocalModelWorkspace(LocalModelWorkspace&&) noexcept = defau
 
 namespace {
 
-/// Exact steps from all disturbed points; sample i depends on the seed and on i alone. Where only u is disturbed, the nominal step and its B
-/// say which contacts a sample comes near.
+/// Computes exact steps from all disturbed points. Sample i depends on the seed and on i alone. If only u is disturbed, the nominal step
+/// and its B predict which contacts a sample comes near.
 void calc_samples(const Model& model, const StepInput& in, const Sampling& sampling, const StepOptions& options,
                   LocalModelWorkspace::Impl& work) {
   work.samples.resize(static_cast<std::size_t>(sampling.samples));
@@ -96,7 +96,7 @@ void calc_samples(const Model& model, const StepInput& in, const Sampling& sampl
   });
 }
 
-/// c of (2.22c): the mean of q_next in the tangent space at q_ref, twice, and every sample's r = q_next ⊖ c.
+/// Computes c of (2.22c), the mean of q_next in the tangent space at q_ref (in two passes), and r = q_next ⊖ c of every sample.
 void calc_mean(const Model& model, const VectorXd& q_ref, LocalModelWorkspace::Impl& work, LocalModel& out) {
   out.c = q_ref;
   VectorXd mean(model.n_v());
@@ -141,7 +141,7 @@ void average_derivatives(const Model& model, bool with_A, LocalModelWorkspace::I
   out.B /= n;
 }
 
-/// Coordinates of w = (w_q, w_u) that are disturbed.
+/// Indices of the disturbed coordinates of w = (w_q, w_u).
 std::vector<int> disturbed(const Model& model, const Sampling& sampling) {
   std::vector<int> out;
   for (int i = 0; i < model.n_v(); ++i) {
@@ -153,7 +153,7 @@ std::vector<int> disturbed(const Model& model, const Sampling& sampling) {
   return out;
 }
 
-/// What least squares needs besides, before any step is computed.
+/// Checks the extra conditions of the least-squares fit before any step is computed.
 void validate_fit(const Model& model, const Sampling& sampling, bool with_A) {
   if (with_A && !(sampling.std_q.minCoeff() > 0)) core::throw_invalid("std_q", "0", "greater than 0 for A by least squares");
   const std::size_t unknowns = disturbed(model, sampling).size();
@@ -161,7 +161,7 @@ void validate_fit(const Model& model, const Sampling& sampling, bool with_A) {
     core::throw_invalid("samples", std::to_string(sampling.samples), "at least " + std::to_string(unknowns) + ", one per unknown");
 }
 
-/// (2.23): min Σ ‖r − A w_q − B w_u‖², by QR; coordinates that are not disturbed get no column.
+/// (2.23): min Σ ‖r − A w_q − B w_u‖², by QR. Undisturbed coordinates get no column.
 Status fit(const Model& model, const Sampling& sampling, bool with_A, LocalModelWorkspace::Impl& work, LocalModel& out) {
   const std::vector<int> columns = disturbed(model, sampling);
   const auto n = static_cast<Eigen::Index>(work.samples.size()) - out.failed;
@@ -197,7 +197,7 @@ Status randomized(const Model& model, const StepInput& in, const Sampling& sampl
   options.with_A = false;
   options.with_B = true;
   options.with_force_derivatives = false;
-  options.warm_start = false;  // what another sample left in a workspace must not count
+  options.warm_start = false;  // a sample must not depend on earlier samples of its workspace
   const Status status = step(model, in, options, work.steps[0], work.nominal);
   if (status != Status::Solved) return status;
   options.with_A = first_order && with_A;

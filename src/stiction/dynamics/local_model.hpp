@@ -9,19 +9,19 @@ namespace stiction::dynamics {
 
 /// Gaussian disturbances w = (w_q, w_u) ~ N(0, diag(std²)) of a randomised scheme.
 struct Sampling {
-  Eigen::VectorXd std_q = Eigen::VectorXd::Zero(1);           ///< of q in its tangent: n_v numbers or one for all [m, rad], ≥ 0
-  Eigen::VectorXd std_u = Eigen::VectorXd::Constant(1, 0.1);  ///< of u: n_a numbers or one for all [rad or m], ≥ 0
+  Eigen::VectorXd std_q = Eigen::VectorXd::Zero(1);           ///< std of q in its tangent: n_v numbers or one for all [m, rad], ≥ 0
+  Eigen::VectorXd std_u = Eigen::VectorXd::Constant(1, 0.1);  ///< std of u: n_a numbers or one for all [rad or m], ≥ 0
   int samples = 100;                                          ///< N, ≥ 1
-  std::uint64_t seed = 0;                                     ///< sample i is substream i of this seed
+  std::uint64_t seed = 0;                                     ///< sample i uses substream i of this seed
 };
 
-/// (2.22): exact steps and their derivatives at N disturbed points, averaged.
+/// (2.22): the average of exact steps and their derivatives at N disturbed points.
 struct RandomizedFirstOrder : Sampling {};
 
 /// (2.23): least-squares fit to exact steps from N disturbed points; no derivatives.
 struct RandomizedZerothOrder : Sampling {};
 
-/// Ways to a local model: (2.9) and the three schemes of §2.4.1.
+/// Schemes for a local model: (2.9) and the three schemes of §2.4.1.
 using LocalModelScheme = std::variant<Exact, Analytic, RandomizedFirstOrder, RandomizedZerothOrder>;
 
 /// @throws InvalidInput: std_q or std_u of wrong size, negative or all zero, samples < 1, too few for a fit, κ ≤ 0
@@ -31,15 +31,15 @@ void validate(const world::Model& model, const LocalModelScheme& scheme, bool wi
 struct LocalModel {
   core::Status status = core::Status::NumericalFailure;
   Eigen::VectorXd c;  ///< (smoothed) next configuration (n_q)
-  Eigen::MatrixXd A;  ///< from the tangent space at q to the one at c (n_v × n_v), when asked for
+  Eigen::MatrixXd A;  ///< from the tangent space at q to the tangent space at c (n_v × n_v), when asked for
   Eigen::MatrixXd B;  ///< (n_v × n_a)
-  int failed = 0;     ///< samples whose step had no solution; they are left out of the means
+  int failed = 0;     ///< samples whose step had no solution; the means leave them out
 };
 
-/// Step workspaces of all threads and the samples; belongs to one caller at a time.
+/// Step workspaces of all threads, and the samples. One caller at a time may use it.
 class LocalModelWorkspace {
  public:
-  /// @param threads  that share the samples of a randomised scheme, ≥ 1
+  /// @param threads  number of threads that share the samples of a randomised scheme, ≥ 1
   explicit LocalModelWorkspace(std::shared_ptr<const world::Model> model, int threads = 1);
   ~LocalModelWorkspace();
   LocalModelWorkspace(LocalModelWorkspace&&) noexcept;
@@ -50,14 +50,14 @@ class LocalModelWorkspace {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Local model around (q, u) by one of the four schemes. The result does not depend on the number of threads, bit for bit.
+/// Computes the local model around (q, u) by one of the four schemes. The result has the same bits for any number of threads.
 ///
-/// Randomised: f_ρ(q, u) = E_w[f(q ⊕ w_q, u + w_u)] (2.20) with means in the tangent space at f(q, u); a disturbance of rotations is
-/// carried to the disturbed frame and back (docs/theory/step.md, (S.11)). A needs std_q > 0 in the zeroth-order scheme.
+/// Randomised: f_ρ(q, u) = E_w[f(q ⊕ w_q, u + w_u)] (2.20), with means in the tangent space at f(q, u). Disturbances of rotations are
+/// transported to the disturbed frame and back (docs/theory/step.md, (S.11)). In the zeroth-order scheme A needs std_q > 0.
 ///
-/// @param options  of the steps; `smoothing` and `with_…` are those of the scheme
-/// @param with_A   also A
-/// @returns Solved, or the status of the step; with samples, Solved when at least one (zeroth order: as many as unknowns) was
+/// @param options  options of the steps; the scheme sets `smoothing` and `with_…`
+/// @param with_A   also compute A
+/// @returns Solved, or the status of the step. With samples: Solved if at least one sample was solved (zeroth order: as many as unknowns)
 /// @throws  InvalidInput: as step(), std_q or std_u of wrong size, negative or all zero, samples < 1, too few for a fit
 /// Tests: tests/dynamics/local_model_test.cpp
 [[nodiscard]] core::Status calc_local_model(const world::Model& model, const StepInput& in, const LocalModelScheme& scheme,

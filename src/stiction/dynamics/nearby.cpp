@@ -9,8 +9,8 @@ namespace {
 
 using world::Model;
 
-/// A pair touches or overlaps, and its gap changes with no coordinate: the first row of its Jacobian is rounding beside the others. No force can act across it,
-/// and an overlap that nothing undoes is no reason for a step to be infeasible.
+/// True if a pair touches or overlaps and its gap depends on no coordinate: the first row of its Jacobian is rounding error. No force can
+/// act across such a contact, and an overlap that no motion can undo must not make a step infeasible.
 bool has_fixed_gap(const Model& model, const StepWorkspace::Impl& work, std::size_t i) {
   constexpr double kRounding = 1e-12;
   if (work.contacts[i].phi > model.scales().contact_tolerance(work.contacts[i].pair)) return false;
@@ -57,7 +57,7 @@ void find_contacts(const Model& model, const StepInput& in, double margin, doubl
   }
   if (in.friction)
     for (auto& contact : work.contacts) contact.friction *= (*in.friction)[contact.pair];
-  if (in.friction || within_reach) work.margin_seen = -1;  // no other step takes these over
+  if (in.friction || within_reach) work.margin_seen = -1;  // no other step may reuse these contacts
 }
 
 }  // namespace stiction::dynamics::detail

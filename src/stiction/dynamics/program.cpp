@@ -18,26 +18,27 @@ using core::Overloaded;
 using detail::at;
 using world::Model;
 
-/// Softest robot joint seen as a Cartesian spring, K_a / reach² [N/m]; without robots one that an object's weight stretches by its length.
+/// Stiffness of the softest robot joint as a Cartesian spring, K_a / reach² [N/m]. Without robots: F / L of the scale, a spring that the
+/// weight stretches by its length.
 double softest_stiffness(const Model& model) {
   const world::Scales& scales = model.scales();
   return scales.softest_stiffness() > 0 ? scales.softest_stiffness() : scales.robots().force / scales.robots().length;
 }
 
-/// Nearest power of two: units that do not round what they measure.
+/// Nearest power of two. Units are powers of two so that scaling does not round.
 double power_of_two(double x) {
   int exponent = 0;
   const double mantissa = std::frexp(x, &exponent);
   return std::ldexp(1.0, mantissa < std::numbers::sqrt2 / 2 ? exponent - 1 : exponent);
 }
 
-/// Units of rows and variables for h = 1 s: 5 L, and the work of F over it.
+/// Unit of a row or variable for h = 1 s: length 5 L, and the work of F over that length.
 cone::Unit unit_of(double length, double force) {
   const double unit = power_of_two(5 * length);
   return {unit, unit * power_of_two(force)};
 }
 
-/// Of every variable: objects by their scale, robot joints by what their spring gives over a tenth of the unit; angles are measured in radians.
+/// Units of all variables. Objects use their scale; the work of a robot joint follows from its spring stiffness; angles are in radians.
 std::vector<cone::Unit> variable_units(const Model& model) {
   std::vector<cone::Unit> units;
   for (int v = 0; v < model.n_v(); ++v) {
@@ -52,8 +53,8 @@ std::vector<cone::Unit> variable_units(const Model& model) {
   return units;
 }
 
-/// Of the rows of every pair: L of its smaller object. F is that of the heaviest object for all of them, since forces pass on from object to object and the
-/// central path converges slowly where rows are asked for very different complementarities.
+/// Units of the rows of all pairs. The length follows from L of the pair's smaller object. All pairs share F of the heaviest object,
+/// because forces pass from object to object, and the central path converges slowly if rows ask for very different complementarities.
 std::vector<cone::Unit> pair_units(const Model& model) {
   double force = model.scales().robots().force;
   for (int o = 0; o < static_cast<int>(model.objects().size()); ++o) force = std::max(force, model.scales().object(o).force);
@@ -62,7 +63,7 @@ std::vector<cone::Unit> pair_units(const Model& model) {
   return units;
 }
 
-/// Elimination order of the variables: robot branches first (they only meet in what they hold), objects last.
+/// Elimination order of the variables: robot branches first (they couple only through the objects they hold), objects last.
 std::vector<std::vector<int>> elimination_groups(const Model& model) {
   std::vector<std::vector<int>> groups;
   for (const auto& robot : model.robots()) groups.insert(groups.end(), robot.chains.begin(), robot.chains.end());
@@ -131,8 +132,8 @@ StepWorkspace::Impl::Impl(std::shared_ptr<const Model> m)
 namespace detail {
 namespace {
 
-/// Smoothed steps: σ of a motor's row as a share of h·effort²/K. A spring keeps its corner to the root of this, relative to its effort: it pushes
-/// nothing, so that it needs no smoothing of its own.
+/// σ of a motor's row in smoothed steps, as a share of h·effort²/K. The corner of the spring law is rounded by about the square root of
+/// this, relative to the effort. The row pushes no object, so it needs no real smoothing.
 constexpr double kMotorSharpness = 1e-6;
 
 std::uint64_t motor_id(const Model& model, int joint) { return static_cast<std::uint64_t>(2 * model.n_v() + joint); }
@@ -154,8 +155,8 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
   double fall = 0;
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const auto& object = objects[o];
-    // ε m/h = ratio · h K_min, with every rotation measured at the object's radius of gyration, where its inertia is m again:
-    // translation and rotation get the same ε and no kilogram meets a kg m².
+    // ε m/h = ratio · h K_min. Every rotation is measured at the object's radius of gyration, where its inertia equals m. Translation and
+    // rotation then get the same ε, and kg is never compared with kg m².
     const double eps = std::visit(Overloaded{[&](const ByRule& rule) { return rule.ratio * h * h * work.softest / object.carried_mass; },
                                              [](const FixedEpsilon& fixed) { return fixed.epsilon; }},
                                   options.regularisation);
@@ -165,7 +166,7 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
     double force2 = 0, spring = 0;
     for (int i = 0; i < object.n_v; ++i) {
       const world::Dof& dof = model.dofs()[at(object.v_begin + i)];
-      if (dof.spring > 0) {  // it pulls from where the step ends, as those of robots do
+      if (dof.spring > 0) {  // implicit, like the robots' springs: evaluated at the end of the step
         spring = dof.spring;
         work.tau_u[object.v_begin + i] += dof.spring * (dof.spring_rest - in.q[object.q_begin + i]);
       }
@@ -268,7 +269,8 @@ void add_contact(const Model& model, std::size_t i, double h, double mu, double 
       problem.add_half_line(kMostRays * contact.id + r, row_support, work.G.data(), contact.phi, sigma, unit);
     }
   } else if (mu == 0) {
-    problem.add_half_line(kMostRays * contact.id, row_support, J, contact.phi, 2 * sigma, unit);  // limit of the cone, which has degree 2
+    problem.add_half_line(kMostRays * contact.id, row_support, J, contact.phi, 2 * sigma,
+                          unit);  // 2σ: limit of the cone for μ → 0, which has degree 2
   } else {
     std::copy_n(J, k, work.G.data());
     for (std::size_t c = k; c < 3 * k; ++c) work.G[c] = mu * J[c];

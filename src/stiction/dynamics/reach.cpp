@@ -13,10 +13,10 @@ namespace {
 
 using world::Model;
 
-/// Besides what the command asks for: objects turn as they are pushed. Not less than what include_within_reach() takes.
-constexpr double kNear = 0.05;  // of L of the pair (world::Scales)
+/// Distance added to the commanded motion, because pushed objects turn. Must not be below the distances of include_within_reach().
+constexpr double kNear = 0.05;  // share of L of the pair (world::Scales)
 
-/// Twists of all bodies under δq, as at the origin of W, to first order: what rows see.
+/// Computes the first-order twists of all bodies under δq at the origin of W. Rows use the same first-order motion.
 void calc_twists(const Model& model, const world::Kinematics& kinematics, const Eigen::VectorXd& delta, Reach& reach) {
   for (std::size_t b = 0; b < model.bodies().size(); ++b) {
     Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = v;
@@ -31,12 +31,13 @@ void calc_twists(const Model& model, const world::Kinematics& kinematics, const 
   }
 }
 
-/// A bound of ‖J_c δq‖ of every contact of a pair with distance φ: travel + turn φ.
+/// Bound on ‖J_c δq‖ for every contact of a pair with distance φ: travel + turn φ.
 struct Travel {
   double travel, turn;  ///< [m], [rad]
 };
 
-/// The geometry with the smaller bounding sphere moves in the frame of the other one; between the witness points, φ apart, that turns.
+/// Motion of the geometry with the smaller bounding sphere in the frame of the other geometry, and the rotation of that other geometry,
+/// which turns the segment of length φ between the witness points.
 Travel calc_travel(const Model& model, int pair, const Reach& reach) {
   const world::Pair& p = model.pairs()[at(pair)];
   const world::Geometry *small = &model.geometries()[at(p.geometry_a)], *other = &model.geometries()[at(p.geometry_b)];
@@ -57,7 +58,7 @@ bool either(const world::Shape& a, const world::Shape& b) {
   return std::holds_alternative<S>(a) || std::holds_alternative<S>(b);
 }
 
-/// Hulls, and patches of flat sides; the distance of round shapes costs no more than a bound of it.
+/// True for meshes and for flat faces other than against spheres. For round shapes the distance costs no more than a bound on it.
 bool is_costly(const world::Shape& a, const world::Shape& b) {
   const bool flat = either<world::Box>(a, b) || either<world::Cylinder>(a, b);
   return either<world::Mesh>(a, b) || (flat && !either<world::Sphere>(a, b));
@@ -84,7 +85,7 @@ void guess_reach(const Model& model, const StepInput& in, const StepOptions& opt
     reach.center[g] = work.kinematics.X_WB[at(model.geometries()[g].body)] * model.geometries()[g].p_BCenter;
   reach.margin = margin;
   calc_twists(model, work.kinematics, work.commanded, reach);
-  double farthest = 0;  // that the command takes a surface: as far as it takes objects
+  double farthest = 0;  // largest commanded motion of a link's surface, which bounds the motion of pushed objects
   for (std::size_t g = 0; g < reach.center.size(); ++g) {
     const world::Geometry& geometry = model.geometries()[g];
     const std::size_t b = at(geometry.body);
@@ -99,8 +100,8 @@ void guess_reach(const Model& model, const StepInput& in, const StepOptions& opt
     const double most = radii + p.max_distance + margin;
     if ((reach.center[at(p.geometry_a)] - reach.center[at(p.geometry_b)]).squaredNorm() > most * most) continue;
     reach.close.push_back(i);
-    const bool object =
-        model.bodies()[at(model.geometries()[at(p.geometry_a)].body)].kind == world::BodyKind::Object;  // the first, where one is
+    const bool object = model.bodies()[at(model.geometries()[at(p.geometry_a)].body)].kind ==
+                        world::BodyKind::Object;  // if the pair has an object, it comes first
     const double travel = calc_travel(model, i, reach).travel + (object ? farthest : 0.0);
     const double mu = friction_of(model, i, in, options);
     const double seen = p.max_distance + margin;

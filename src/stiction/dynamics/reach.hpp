@@ -6,10 +6,11 @@
 
 namespace stiction::dynamics::detail {
 
-/// work.reach.near: distances within which the command may bring pairs together; `margin` is that of the query for all of them.
+/// Sets work.reach.near, the distances within which the command may bring pairs together. `margin` is the margin of the query for all
+/// pairs.
 void guess_reach(const world::Model& model, const StepInput& in, const StepOptions& options, double margin, StepWorkspace::Impl& work);
 
-/// (S.22): no row of a pair that work.reach.near left out is violated by the last solution.
+/// True if the last solution violates no row of a pair that work.reach.near left out (S.22), by the test (S.23).
 bool stays_within_reach(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work);
 
 }  // namespace stiction::dynamics::detail

@@ -12,15 +12,15 @@ namespace {
 using Eigen::Vector3d;
 using world::Model;
 
-/// Lowest points of rims have this number and the next one (docs/theory/patches.md).
+/// Feature number of the lowest point of a rim; the second rim has the next number (docs/theory/patches.md).
 constexpr std::uint64_t kFirstRim = 250;
-/// Up to this tilt the fixed points of the cap stand in for that of its rim [rad].
+/// Tilt below which the fixed points of the cap gradually replace the lowest point of its rim [rad].
 constexpr double kRimTilt = 0.1;
 
 struct Rim {
   const world::Body *cylinder, *other;
   Vector3d axis_W;
-  double s;  // (S.17)
+  double s;  // s of (S.17)
 };
 
 std::optional<Rim> find_rim(const Model& model, const world::Kinematics& kinematics, const contact::Contact& contact) {

@@ -11,16 +11,18 @@ namespace {
 
 using core::Status;
 
-/// A sub-step is redone at most this often with half the command: an object that slides because a spring relaxes or gravity pulls
-/// does so however small the command is.
+/// Largest number of times that a sub-step is repeated with half the command. An object that slides because a spring relaxes or gravity
+/// pulls slides even with a tiny command.
 constexpr int kMaxHalvings = 4;
-/// With Coulomb's law a command that is cut may lead to another solution, in which another motor saturates.
+/// Largest number of times that a command is cut. With Coulomb's law a cut command may lead to another solution, in which another motor
+/// saturates.
 constexpr int kMostCuts = 8;
-/// A command is cut to so much less than what strains the spring, what a step is exact to: the step from it is then within the effort, and is kept as it is. One
-/// that is changed after its step, by however little, may lead elsewhere with Coulomb's law.
+/// Share of the effort by which a cut command stays below it, equal to the accuracy of a step. The step from the cut command is then within
+/// the effort and needs no further change. With Coulomb's law even a tiny change of the command after its step may lead to another
+/// solution.
 constexpr double kCutShort = 5e-4;
 
-/// Largest μ·slip: what friction counts for, an object on a slippery floor may go far in a sub-step.
+/// Largest μ·slip of an active contact. The factor μ lets an object on a slippery floor move far in a sub-step.
 double largest_slide(const StepResult& result) {
   double slide = 0;
   for (const auto& c : result.contacts) {
@@ -29,7 +31,7 @@ double largest_slide(const StepResult& result) {
   return slide;
 }
 
-/// A force acts across a gap after a sub-step with Coulomb's law, which leaves such gaps only where it was not found.
+/// True if a force acts across a gap. With Coulomb's law this happens only if its solution was not found.
 bool has_gap(const world::Model& model, const StepResult& result) {
   return std::ranges::any_of(
       result.contacts, [&](const auto& c) { return c.active && c.anitescu_gap() > model.scales().contact_tolerance(c.contact.pair); });
@@ -57,7 +59,7 @@ void clamp_to_substep(const world::Model& model, const Eigen::VectorXd& u_now, c
   }
 }
 
-/// Takes the sub-step over as the next knot.
+/// Stores the sub-step as the next knot.
 void add_knot(const world::Model& model, const Eigen::VectorXd& u, const StepResult& step, RolloutResult& out) {
   if (!out.knots.empty()) {
     for (const auto& c : step.contacts) {
@@ -119,7 +121,7 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
   const double ds_min = ds_max / (1 << kMaxHalvings);
   Eigen::VectorXd q_now = q;
   Eigen::VectorXd u(model.n_a()), u_next(model.n_a()), u_now = u_start;
-  bool behind = false;  // u_now is not on the way from u_start to u_end
+  bool behind = false;  // u_now is not on the line from u_start to u_end
   StepResult step_result;
   double s = 0;
   double ds = ds_max;
@@ -134,7 +136,7 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
     if (out.status != Status::Solved) return out.status;
     const double slide = largest_slide(step_result);
     const bool far = slide > limits.slide || (options.friction_law == FrictionLaw::Coulomb && has_gap(model, step_result));
-    // A joint that its motor cannot hold takes its command along, maybe farther than a sub-step may go.
+    // A joint that its motor cannot hold drags its command along, possibly farther than a sub-step allows.
     const bool recoils = u_next != u && count_substeps(model, u_now, u_next, limits) > 1;
     if ((far || recoils) && ds > ds_min * (1 + 1e-9)) {
       ds = std::max(ds_min, 0.5 * ds);

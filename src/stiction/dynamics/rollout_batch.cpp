@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Numbers of a batch. @throws core::InvalidInput: they do not fit
+/// Sizes of a batch. @throws core::InvalidInput: sizes do not match
 struct Sizes {
   Sizes(const world::Model& model, const RolloutBatchInput& in) : n_q(model.n_q()), n_a(model.n_a()), n(in.q_start.cols()) {
     core::require_size("q_start", in.q_start.rows(), n_q);
@@ -34,7 +34,7 @@ StepOptions options_of(StepOptions options, bool with_derivatives) {
   return detail::cold(options);
 }
 
-/// Where the quaternion of a free object begins in q, and its rotation in v: there alone a configuration has more numbers than its tangent.
+/// Calls visit(first index in q, first index in v) for the rotation of every free object. Only there q has more numbers than its tangent.
 template <class Visit>
 void for_each_quaternion(const world::Model& model, Visit&& visit) {
   for (const auto& object : model.objects()) {
@@ -42,7 +42,7 @@ void for_each_quaternion(const world::Model& model, Visit&& visit) {
   }
 }
 
-/// Copies what is the same in q and in v. @param copy  (first in q, first in v, how many)
+/// Calls copy for the coordinates that are the same in q and in v. @param copy  (first in q, first in v, how many)
 template <class Copy>
 void for_each_plain(const world::Model& model, Copy&& copy) {
   for (const auto& object : model.objects()) copy(object.q_begin, object.v_begin, object.n_v == 6 ? 3 : object.n_v);
@@ -68,8 +68,8 @@ void to_numbers(const world::Model& model, VectorRef q, const VectorXd& w, Eigen
   });
 }
 
-/// One step, cold; a mistake in what was given is told with its trajectory and step.
-/// @param delta  where it is known, or null
+/// Takes one cold step. The message of an InvalidInput names the trajectory and the step.
+/// @param delta  approximate δq (n_v), or null
 Status step_of(const world::Model& model, Index trajectory, Index t, const StepInput& in, const VectorXd* delta, const StepOptions& options,
                StepWorkspace& steps, StepResult& result) {
   steps.forget();

@@ -8,9 +8,10 @@
 
 namespace stiction::dynamics::detail {
 
-/// step() where δq is known roughly: an exact step looks first at the rows that this motion violates or nearly does, not at all within reach, and a
-/// smoothed step begins there. The result is that of step(), up to its tolerances, without contacts where A is not asked for.
-/// @param guess  of δq (n_v)
+/// Does step() when an approximate δq is known. An exact step starts with the rows that this motion violates or nearly violates, instead of
+/// all rows within reach; a smoothed step starts at this motion. The result is that of step() up to its tolerances, but without contacts
+/// unless A is asked for.
+/// @param guess  approximate δq (n_v)
 core::Status sample_step(const world::Model& model, const StepInput& in, const Eigen::VectorXd& guess, const StepOptions& options,
                          StepWorkspace& work, StepResult& out);
 

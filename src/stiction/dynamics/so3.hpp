@@ -5,7 +5,7 @@
 
 #include "stiction/world/model.hpp"
 
-// Shared with trajopt: rotations by their vectors θ, as K = [θ]×.
+// Rotations from their rotation vectors θ, with K = [θ]×. Shared with trajopt.
 
 namespace stiction::dynamics {
 
@@ -30,7 +30,7 @@ struct So3 {
 inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& theta) { return So3(theta).exp; }
 inline Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& theta) { return So3(theta).right_jacobian; }
 
-/// Calls visit(row) with the first velocity index of every free rotation: there alone tangent spaces turn.
+/// Calls visit(row) with the first velocity index of every free rotation. Only there do tangent spaces turn.
 template <class Visit>
 void for_each_free_rotation(const world::Model& model, Visit&& visit) {
   for (const auto& object : model.objects()) {

@@ -60,12 +60,12 @@ StepWorkspace::~StepWorkspace() = default;
 StepWorkspace::StepWorkspace(StepWorkspace&&) noexcept = default;
 void StepWorkspace::forget() {
   impl_->solver->forget();
-  impl_->q_seen.setConstant(std::numeric_limits<double>::quiet_NaN());  // no q is that
+  impl_->q_seen.setConstant(std::numeric_limits<double>::quiet_NaN());  // NaN equals no q
 }
 const Model& StepWorkspace::model() const { return *impl_->model; }
 namespace {
 
-constexpr int kMaxLooks = 16;  // at what is farther than contact_distance
+constexpr int kMaxLooks = 16;  // most searches along δq for contacts beyond contact_distance
 
 void require_finite(std::string_view field, VectorRef value) {
   if (!value.allFinite()) core::throw_invalid(field, "a number that is not finite", "finite numbers");
@@ -130,7 +130,7 @@ Status solve_program(const StepProgram& program, StepWorkspace::Impl& work, doub
   return solve_by_law(program, work, iterations);
 }
 
-/// Solves the program of the contacts that are known, and again with those that the solution meets on its way.
+/// Solves the program of the known contacts, and solves it again with the contacts that the solution meets on its way.
 /// @param least_share  RowRule::least_share of the last solution
 Status solve_with_met(const StepProgram& program, double margin, StepWorkspace::Impl& work, double& least_share, int& iterations) {
   least_share = kLeastShare;
@@ -142,8 +142,8 @@ Status solve_with_met(const StepProgram& program, double margin, StepWorkspace::
   return status;
 }
 
-/// The contacts that an exact step reaches, or all, and the solution.
-/// @param fall  of an object that nothing holds [m]
+/// Finds the contacts (only those within reach if the options say so) and solves the program.
+/// @param fall  how far an object falls in the step if nothing holds it [m]
 Status find_and_solve(const StepProgram& program, double fall, StepWorkspace::Impl& work, double& least_share, int& iterations) {
   const auto& [model, in, options, guess, smoothing, barrier] = program;
   const double margin = options.contact_margin;
@@ -160,7 +160,7 @@ Status find_and_solve(const StepProgram& program, double fall, StepWorkspace::Im
   return solve_with_met(program, margin, work, least_share, iterations);
 }
 
-/// Of a step that is not solved: nothing moves.
+/// Fills the result of a step that was not solved: nothing moves.
 void read_failure(const StepProgram& program, const StepWorkspace::Impl& work, StepResult& out) {
   const Model& model = program.model;
   out.q_next = program.in.q;
@@ -181,7 +181,7 @@ void differentiate(const StepProgram& program, double least_share, StepWorkspace
   linearise(solved, work.contact_work, work.linearisation, out);
 }
 
-/// step() and sample_step(): `guess` may be null.
+/// Implements step() and sample_step(); `guess` is null for step().
 Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd* guess, const StepOptions& options,
                   StepWorkspace& workspace, StepResult& out) {
   options.validate();

@@ -19,16 +19,16 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 struct Exact {};
 struct Analytic {
   double kappa = 100.0;  ///< barrier weight [1/J]; larger is closer to Exact
-  double self_sharpness =
-      10;  ///< κ of contacts among robot parts and fixed bodies is this times kappa: they bound motion, they do not push
-  double limit_sharpness = 10;  ///< the same for joint limits
+  /// Factor on kappa for contacts among robot parts and fixed bodies. Such contacts bound the motion; they should not push.
+  double self_sharpness = 10;
+  double limit_sharpness = 10;  ///< factor on kappa for joint limits
 };
 using Smoothing = std::variant<Exact, Analytic>;
 
-/// Friction of spatial models; planar ones have two rays, which is exact.
+/// Friction cone of spatial models. Planar models have two rays, which is exact.
 struct SecondOrderCone {};  ///< φ + J_n δq ≥ μ‖J_t δq‖
-/// φ + J_n δq ≥ μ d_kᵀJ_t δq for rays d_k = (cos 2πk/n, sin 2πk/n) in (t1, t2): the force lies in the pyramid spanned by n + μ d_k,
-/// inside the cone.
+/// φ + J_n δq ≥ μ d_kᵀJ_t δq for rays d_k = (cos 2πk/n, sin 2πk/n) in (t1, t2). The force lies in the pyramid spanned by n + μ d_k,
+/// which is inside the friction cone.
 struct PolyhedralCone {
   int rays = 4;  ///< n_d, in [3, 64]
 };
@@ -43,12 +43,12 @@ struct FixedEpsilon {
 };
 using Regularisation = std::variant<ByRule, FixedEpsilon>;
 
-/// What a sliding contact does.
+/// Friction law of a sliding contact.
 enum class FrictionLaw {
-  Anitescu,  ///< it opens by μ‖J_t δq‖, the gap of the convex relaxation (2.3.4)
-  /// It stays closed: φ + J_n δq ≥ 0 instead, De Saxcé's fixed point (docs/theory/step.md, S.14), of exact steps of spatial models with
-  /// second-order cones. Where that is not found to within 0.003 L the step is Anitescu's. Every step is solved cold, so that it follows from its
-  /// input alone.
+  Anitescu,  ///< a sliding contact opens by μ‖J_t δq‖, the gap of the convex relaxation (2.3.4)
+  /// A sliding contact stays closed: φ + J_n δq ≥ 0, by De Saxcé's fixed point (docs/theory/step.md, S.14). This law holds for exact steps
+  /// of spatial models with second-order cones. If the fixed point is not found to within 0.003 L, the step uses Anitescu's law. Every step
+  /// is solved cold, so that its result depends on its input alone.
   Coulomb
 };
 
@@ -57,19 +57,20 @@ struct StepOptions {
   Smoothing smoothing = Exact{};
   Regularisation regularisation = ByRule{};
   FrictionCone friction_cone = SecondOrderCone{};
-  FrictionLaw friction_law = FrictionLaw::Anitescu;  ///< of exact steps; smoothed ones and local models have Anitescu's
+  FrictionLaw friction_law = FrictionLaw::Anitescu;  ///< for exact steps; smoothed steps and local models always use Anitescu
   double friction_scale = 1.0;                       ///< multiplies every μ, ≥ 0
   double contact_margin = 0.0;                       ///< added to the model's contact distance [m], ≥ 0
-  bool with_B = false;                               ///< also D_qnext_u
-  bool with_A = false;                               ///< also D_qnext_q
-  bool with_force_derivatives = false;               ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
+  bool with_B = false;                               ///< also compute D_qnext_u
+  bool with_A = false;                               ///< also compute D_qnext_q
+  bool with_force_derivatives = false;               ///< also compute D_lambda_q (with A) and D_lambda_u (with B); needs A or B
   bool joint_limits = true;
-  bool effort_limits = false;  ///< robot joints push with world::Model::effort at most (S.15); off, springs have no limit
-  bool contacts_within_reach =
-      false;  ///< of exact steps: contacts of meshes and flat sides are listed only where the step may reach them (S.22)
+  bool effort_limits = false;  ///< limit joint torques to world::Model::effort (S.15); if off, the joint springs do not saturate
+  /// For exact steps: list contacts of meshes and flat faces only if the step may reach them (S.22).
+  bool contacts_within_reach = false;
   bool warm_start = true;
-  double tol_complementarity = 1e-10;  ///< worst |vᵀλ|/(5 L·F·h) if exact (world::Scales) [-], 1e-8 or more with A or B; in [1e-12, 1e-2]
-  void validate() const;               ///< @throws InvalidInput naming the field
+  /// Largest |vᵀλ|/(5 L·F·h) of an exact step (world::Scales) [-], in [1e-12, 1e-2]. With A or B, at least 1e-8 is used.
+  double tol_complementarity = 1e-10;
+  void validate() const;  ///< @throws InvalidInput naming the field
 };
 
 struct StepInput {
@@ -77,26 +78,26 @@ struct StepInput {
   VectorRef u;                               ///< commanded joint positions (n_a) [rad or m]
   const Eigen::VectorXd* tau_ext = nullptr;  ///< external generalised force (n_v) besides gravity [N, N·m]; may be null
   const Eigen::VectorXd* damping = nullptr;  ///< viscous force −damping·δq/h per coordinate (n_v), ≥ 0 [N·s/m, N·m·s/rad]; may be null
-  const Eigen::VectorXd* friction = nullptr;  ///< factors of μ, besides friction_scale (pairs of the model), ≥ 0; may be null
+  const Eigen::VectorXd* friction = nullptr;  ///< factors on μ, on top of friction_scale (one per pair of the model), ≥ 0; may be null
 };
 
 /// One contact of a step with its impulse.
 struct ContactImpulse {
   contact::Contact contact;                                ///< geometry at q, before the step
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();        ///< (n, t1, t2) acting on A [N·s]
-  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]; 0 where out of reach
-  double gap = 0;       ///< slack of the row: φ + J_n δq − μ‖J_t δq‖ ≥ 0 for a cone of Anitescu's [m]
-  bool active = false;  ///< carries more than world::share::kActive of F of its pair
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq of A relative to B in (n, t1, t2) [m]; 0 if out of reach
+  double gap = 0;       ///< slack of the row [m]; with Anitescu's cone φ + J_n δq − μ‖J_t δq‖ ≥ 0
+  bool active = false;  ///< carries a force above world::share::kActive times F of its pair
 
   double slide() const { return displacement.tail<2>().norm(); }
-  /// Distance at which the force acts after the step, φ + J_n δq: μ·slide() at a sliding contact of Anitescu's law, his gap [m].
+  /// Distance across which the force acts after the step, φ + J_n δq [m]. It is μ·slide() at a sliding contact with Anitescu's law.
   double anitescu_gap() const { return contact.phi + displacement[0]; }
 };
 
 /// Force on A and its moment about the world origin (force; moment) in W [N, N·m]; on B the opposite. h: step [s].
 Eigen::Matrix<double, 6, 1> calc_wrench(const ContactImpulse& contact, double h);
 
-/// Derivatives of the contact impulses, 3 × n for each contact, rows (n, t1, t2) in the frame of the contact, which turns with q.
+/// Derivatives of the contact impulses: one 3 × n matrix per contact, with rows (n, t1, t2) in the contact frame, which turns with q.
 class ImpulseDerivatives {
  public:
   using Matrix = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
@@ -121,20 +122,21 @@ struct StepResult {
   Eigen::VectorXd q_next;  ///< (n_q); for a smoothed step this is c of (3.3)
   Eigen::VectorXd delta;   ///< δq (n_v)
   std::vector<ContactImpulse> contacts;
-  Eigen::VectorXd torque;       ///< of the springs (n_a), clamp(K_a(u − q⁺)) at Model::effort with effort_limits [N·m, N]
-  std::vector<char> saturated;  ///< per robot joint (n_a): its motor gives all it has; 0 without effort_limits
-  /// Of hinges and sliders on their coordinates (n_vu), within world::Dof::friction (S.19), 0 of all others; empty in a scene without [N·m, N].
+  Eigen::VectorXd torque;  ///< torques of the joint springs K_a(u − q⁺) (n_a), clamped at Model::effort with effort_limits [N·m, N]
+  std::vector<char> saturated;  ///< per robot joint (n_a): true if its motor is at its effort limit; 0 without effort_limits
+  /// Dry friction of hinges and sliders on their coordinates (n_vu) [N·m, N], within ±world::Dof::friction (S.19); 0 for all other
+  /// coordinates. Empty in a scene without dry joint friction.
   Eigen::VectorXd joint_friction;
   Eigen::MatrixXd B;  ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
-  /// D_qnext_q (n_v × n_v): from the tangent space at q to the one at q_next, when asked for. At a kink (a contact that starts to carry,
-  /// to slide or to leave its feature) one of the one-sided derivatives, or one between them.
+  /// D_qnext_q (n_v × n_v), from the tangent space at q to the tangent space at q_next, when asked for. At a kink (a contact starts to
+  /// carry load, to slide or to leave its feature) A is one of the one-sided derivatives, or lies between them.
   Eigen::MatrixXd A;
   ImpulseDerivatives D_lambda_q;  ///< per contact, 3 × n_v [N·s/m, N·s/rad], when asked for
   ImpulseDerivatives D_lambda_u;  ///< per contact, 3 × n_a
   Eigen::VectorXd epsilon;        ///< regularisation used per object
   cone::Residuals residuals;
   int iterations = 0;
-  int growths = 0;  ///< buffers that this call had to enlarge: 0 again once the workspace has seen as many contacts
+  int growths = 0;  ///< buffers that this call had to enlarge; 0 once the workspace has seen as many contacts before
 };
 
 /// Scratch, warm starts and kinematics; one per thread.
@@ -153,10 +155,12 @@ class StepWorkspace {
 };
 
 /// One quasi-static step:  δq = argmin ½δqᵀQδq + bᵀδq  s.t.  J_c δq + φ e₁ ∈ K*_c,  Q = blkdiag(εM_u/h, hK_a),
-/// b = −h (τ_u ; K_a(u − qᵃ) + τ_a); planar models and polyhedral cones use half-lines (2.10); joint limits are rows; damping D adds
-/// D to Q; a hinge or slider with dry friction sticks until it is loaded with more than that (S.19), which the step takes away from it. With effort_limits K_a saturates: ½hK_a e² of e = u − qᵃ − δqᵃ goes on linearly where K_a|e| > effort (S.15), exact steps and
-/// smoothed ones alike.
-/// Analytic: the central path at σ = θ h/κ, θ = 2 per cone and 1 per half-line (2.27).
+/// b = −h (τ_u ; K_a(u − qᵃ) + τ_a).
+///
+/// Planar models and polyhedral cones use half-lines (2.10). Joint limits are rows. Damping D adds D to Q. A hinge or slider with dry
+/// friction sticks until its load exceeds the friction, and the step subtracts the friction from the load (S.19). With effort_limits the
+/// joint springs saturate: the energy ½hK_a e² of e = u − qᵃ − δqᵃ continues linearly beyond K_a|e| = effort (S.15), in exact and smoothed
+/// steps. Analytic smoothing stops on the central path at σ = θ h/κ, with θ = 2 per cone and 1 per half-line (2.27).
 ///
 /// @returns Solved | MaxIterations | Infeasible | NumericalFailure; unless Solved, q_next = q and A = B = 0
 /// @throws  InvalidInput: wrong size, q or u not finite, options out of range

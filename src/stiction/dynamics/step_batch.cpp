@@ -17,7 +17,7 @@ int count_threads(int threads) {
   return threads == 0 ? core::hardware_threads() : threads;
 }
 
-constexpr int kBlock = 16;  // steps that a thread takes at once: a step may cost less than to be handed out
+constexpr int kBlock = 16;  // steps per block; handing out a single step may cost more than the step
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 

@@ -9,7 +9,7 @@ namespace stiction::dynamics {
 
 using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 
-/// Steps from N pairs of configuration and command, one a column.
+/// Steps from N pairs of configuration and command, one pair per column.
 struct StepBatchInput {
   MatrixRef q;                               ///< (n_q × N)
   MatrixRef u;                               ///< (n_a × N)
@@ -20,13 +20,13 @@ struct StepBatchResult {
   std::vector<core::Status> status;  ///< (N)
   Eigen::MatrixXd q_next;            ///< (n_q × N)
   Eigen::MatrixXd torque;            ///< (n_a × N) [N·m, N]
-  /// One step a column, each with its rows one after the other (n_v·n_v × N and n_v·n_a × N): an array (N, n_v, n_v) in the order of C. Empty unless
-  /// asked for.
+  /// One step per column, each matrix flattened row by row (n_v·n_v × N and n_v·n_a × N). In memory A is a C-order array (N, n_v, n_v).
+  /// Empty unless asked for.
   Eigen::MatrixXd A, B;
   int failed = 0;  ///< steps that are not Solved
 };
 
-/// Threads and a step workspace for each; belongs to one caller at a time.
+/// Thread pool with one step workspace per thread. One caller at a time may use it.
 class StepBatchWorkspace {
  public:
   /// @param threads  0 = all cores   @throws core::InvalidInput: threads < 0
@@ -40,12 +40,12 @@ class StepBatchWorkspace {
   std::unique_ptr<Impl> impl_;
 };
 
-/// step() for every column. Each is solved cold, so that it depends on its own column alone: the result has the same bits for any number of threads,
-/// order and size of the batch.
+/// Calls step() for every column. Each step is solved cold and depends on its own column alone, so its result has the same bits for any
+/// number of threads, order and size of the batch.
 ///
-/// @param options  of the steps; warm_start and with_force_derivatives are not used
-/// @returns Solved, or the status of the first step that is not; its q_next is its q, its A and B are 0
-/// @throws  core::InvalidInput: as step(), with the number of the step, and q or u of different numbers of columns
+/// @param options  options of the steps; warm_start and with_force_derivatives are ignored
+/// @returns Solved, or the status of the first step that failed. A failed step has q_next = q and A = B = 0
+/// @throws  core::InvalidInput: as step(), with the index of the step; also if q and u have different numbers of columns
 /// Tests: tests/dynamics/step_batch_test.cpp
 core::Status step_batch(const world::Model& model, const StepBatchInput& in, const StepOptions& options, StepBatchWorkspace& work,
                         StepBatchResult& out);

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using world::Model;
 
-/// A way is halved no further than to this share: where two bodies pass each other nearer than they move on it, a sweep is this coarse.
+/// Smallest part of the path that is halved further. The sweep may miss bodies that pass each other within such a part.
 constexpr double kLeastPart = 1.0 / 256;
 
 Sweep::Axis read_axis(const Model& model, const world::Body& body, std::size_t k) {
@@ -23,7 +23,7 @@ Sweep::Axis read_axis(const Model& model, const world::Body& body, std::size_t k
   return {0, body.axes[k], dof, ratio, kind == world::DofKind::Revolute, reaches};
 }
 
-/// Turns and bounds of motion of all bodies under δq.
+/// Computes rotations and motion bounds of all bodies under δq.
 void calc_motion(const Model& model, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta, Sweep& sweep) {
   for (std::size_t i = 1; i < sweep.axes.size(); ++i) {
     const Sweep::Axis& axis = sweep.axes[i];
@@ -50,7 +50,7 @@ void calc_twists(const Eigen::VectorXd& delta, const Sweep& sweep, Sweep::Place&
   }
 }
 
-/// The first place, q.
+/// Sets the first place, q.
 void start_at(const world::Kinematics& kinematics, const Eigen::VectorXd& delta, Sweep& sweep) {
   if (sweep.places.empty()) sweep.places.emplace_back();
   sweep.places.front().kinematics = kinematics;
@@ -58,7 +58,7 @@ void start_at(const world::Kinematics& kinematics, const Eigen::VectorXd& delta,
   sweep.n_places = 1;
 }
 
-/// q ⊕ s δq, computed once for all pairs.
+/// The place q ⊕ s δq, computed once for all pairs.
 const Sweep::Place& place_at(const Model& model, const StepInput& in, const Eigen::VectorXd& delta, double s, Sweep& sweep) {
   const auto end = sweep.places.begin() + static_cast<std::ptrdiff_t>(sweep.n_places);
   const auto known = std::find_if(sweep.places.begin(), end, [&](const Sweep::Place& place) { return place.s == s; });
@@ -73,7 +73,7 @@ const Sweep::Place& place_at(const Model& model, const StepInput& in, const Eige
   return place;
 }
 
-/// Bound of what a turning twist leaves out on the whole way: half the product of all turns with what all joints move.
+/// Bound on the second-order motion over the whole path, ½ Θ Σ of (S.18): half of all turns times the motion by all joints.
 double calc_second(const Sweep& sweep, std::size_t body, std::size_t shared) {
   return 0.5 * (sweep.motion[body].turned - sweep.sums[shared].turned) * (sweep.motion[body].moved - sweep.sums[shared].moved);
 }
@@ -83,7 +83,7 @@ Vector3d calc_center(const Model& model, const world::Kinematics& kinematics, st
   return kinematics.X_WB[at(g.body)] * g.p_BCenter;
 }
 
-/// Bounding spheres of all geometries and how far they go.
+/// Computes the bounding spheres of all geometries and bounds on their motion.
 void calc_balls(const Model& model, Sweep& sweep) {
   const Sweep::Place& start = sweep.places.front();
   for (std::size_t i = 0; i < sweep.balls.size(); ++i) {
@@ -100,14 +100,15 @@ void calc_balls(const Model& model, Sweep& sweep) {
   }
 }
 
-/// (S.16), r_a + r_b. Joints that move both keep them as far from each other as they are.
+/// r_a + r_b of (S.16). Joints that move both bodies do not change the distance between them and do not count.
 double calc_travel(const Sweep::Pair& pair, const Sweep& sweep) {
   const double both = sweep.balls[pair.a].travel + sweep.balls[pair.b].travel;
   if (pair.shared == 0) return both;
   return std::min(both, sweep.motion[pair.body_a].moved + sweep.motion[pair.body_b].moved - 2 * sweep.sums[pair.shared].moved);
 }
 
-/// The bounding spheres do not come together: their centres pass each other on a straight line, but for turns, as seen from what moves both.
+/// True if the bounding spheres do not meet. In the frame of the joints that move both, the centres pass each other on a straight line, up
+/// to the second-order motion.
 bool spheres_stay_apart(const Sweep::Pair& pair, const Sweep& sweep) {
   const Sweep::Ball &a = sweep.balls[pair.a], &b = sweep.balls[pair.b];
   const Vector3d apart = a.center - b.center;
@@ -119,20 +120,20 @@ bool spheres_stay_apart(const Sweep::Pair& pair, const Sweep& sweep) {
   return (apart + s * move).squaredNorm() > reach * reach;
 }
 
-/// Pairs whose sides travel farther than contacts are looked for.
+/// Lists the pairs whose bodies move farther than the distance within which contacts are known.
 void list_far_travellers(double margin, Sweep& sweep) {
   sweep.far.clear();
   for (std::size_t i = 0; i < sweep.pairs.size(); ++i) {
     const Sweep::Pair& pair = sweep.pairs[i];
     const Sweep::Ball &a = sweep.balls[pair.a], &b = sweep.balls[pair.b];
     const double both = a.travel + b.travel, reach = pair.radii + pair.touching + both;
-    if (both <= pair.seen + margin || (a.center - b.center).squaredNorm() > reach * reach) continue;  // by far the most
+    if (both <= pair.seen + margin || (a.center - b.center).squaredNorm() > reach * reach) continue;  // most pairs end here
     if (calc_travel(pair, sweep) <= pair.seen + margin || spheres_stay_apart(pair, sweep)) continue;
     if (!std::ranges::binary_search(sweep.met, static_cast<int>(i))) sweep.far.push_back(static_cast<int>(i));
   }
 }
 
-/// A pair on its way.
+/// A pair and the motion that is checked.
 struct Way {
   const Model& model;
   const StepInput& in;
@@ -142,7 +143,7 @@ struct Way {
   Sweep& sweep;
 };
 
-/// Where the pair is at s.
+/// Nearest points of the pair at s.
 struct Stop {
   double s;
   contact::Distance nearest;
@@ -153,7 +154,8 @@ Stop stop_at(const Way& way, double s) {
   return {s, contact::pair_distance(way.model, place.kinematics, way.index, way.sweep.contact_work)};
 }
 
-/// (S.18): how far the two come towards each other from a stop to s, before it or after it, along the line of their nearest points [m].
+/// Bound (S.18) on how far the two bodies approach each other between a stop and s, along the line of their nearest points [m]. s may lie
+/// before or after the stop.
 double calc_closing(const Way& way, const Stop& from, double s) {
   const Sweep::Place& place = place_at(way.model, way.in, way.delta, from.s, way.sweep);
   const double share = std::abs(s - from.s);
@@ -171,8 +173,9 @@ double calc_closing(const Way& way, const Stop& from, double s) {
   return closing(way.pair.a, way.pair.body_a, -n) + closing(way.pair.b, way.pair.body_b, n);
 }
 
-/// (S.24), conservative advancement from both ends: a plane between the two stays between them to the other end, or what is left between is halved.
-/// @param known  where the pair is at s, if that was looked up
+/// True if the pair does not meet between a and s, by conservative advancement from both ends (S.24). If no separating plane holds over the
+/// whole part, the part is halved.
+/// @param known  the stop at s if it is known, or null
 bool stays_apart(const Way& way, const Stop& a, double s, const Stop* known = nullptr) {
   const double forwards = calc_closing(way, a, s), room_a = a.nearest.phi - way.pair.touching;
   if (room_a > forwards) return true;
@@ -251,7 +254,7 @@ bool add_met(const Model& model, const StepInput& in, double margin, StepWorkspa
   }
   for (const int pair : sweep.added) sweep.met.insert(std::ranges::lower_bound(sweep.met, pair), pair);
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
-  work.margin_seen = -1;  // no other step takes these over
+  work.margin_seen = -1;  // no other step may reuse these contacts
   return true;
 }
 

@@ -11,15 +11,16 @@ namespace {
 
 using world::Model;
 
-/// An exact step first looks at the rows that it may reach: contacts with objects nearer than this, contacts among robot parts that the command brings nearer
-/// than this (S.6), and joint limits likewise. Rows left out that the solution violates are added and the step is solved again, so that the result is that of
-/// the full problem: a row that holds with room has no multiplier.
-/// Coulomb's law looks farther: a row that comes late moves its fixed point, and each shift costs a solution (docs/lab/coulomb_rows.md).
-constexpr double kNearContact = 0.02, kNearContactCoulomb = 0.05;  // of L of the pair (world::Scales)
-constexpr double kNearLimit = 0.02;                                // of the unit of the joint
-/// Where δq is known roughly, the rows are those that keep less room than this under it.
-constexpr double kGuessContact = 0.01;  // of L
-constexpr double kGuessLimit = 0.01;    // of the unit of the joint
+/// An exact step starts with the rows that it may reach: contacts with objects nearer than this, contacts among robot parts that the
+/// command brings nearer than this (S.6), and joint limits likewise. If the solution violates other rows, they are added and the step is
+/// solved again. The result is that of the full problem, because a row with slack has a zero multiplier.
+/// Coulomb's law uses a larger distance: a row that is added late moves the fixed point, and each shift costs a solve
+/// (docs/lab/coulomb_rows.md).
+constexpr double kNearContact = 0.02, kNearContactCoulomb = 0.05;  // share of L of the pair (world::Scales)
+constexpr double kNearLimit = 0.02;                                // share of the unit of the joint
+/// If an approximate δq is known, the first rows are those with less slack than this under it.
+constexpr double kGuessContact = 0.01;  // share of L
+constexpr double kGuessLimit = 0.01;    // share of the unit of the joint
 
 }  // namespace
 
@@ -31,7 +32,7 @@ double object_travel(const Model& model, const StepWorkspace::Impl& work, std::s
     (revolute ? rotation : translation) += std::abs(delta[i]);
   }
   double sum = translation + rotation * work.object_radius[o];
-  for (int p = objects[o].parent; p >= 0; p = objects[at(p)].parent) {  // what it hangs on carries it along
+  for (int p = objects[o].parent; p >= 0; p = objects[at(p)].parent) {  // its parents carry the object along
     const double arm = (work.kinematics.X_WB[at(objects[o].body)].p - work.kinematics.X_WB[at(objects[at(p)].body)].p).norm();
     for (int i = objects[at(p)].v_begin; i < objects[at(p)].v_begin + objects[at(p)].n_v; ++i) {
       const bool revolute = model.dofs()[at(i)].kind == world::DofKind::Revolute;
@@ -44,7 +45,7 @@ double object_travel(const Model& model, const StepWorkspace::Impl& work, std::s
 double motion_bound(const Model& model, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta) {
   double bound = 0;
   for (const auto& robot : model.robots()) {
-    double sum = 0;  // a branch may carry another one: their sum bounds all
+    double sum = 0;  // one branch may carry another, so the sum over branches bounds every motion
     for (const auto& chain : robot.chains) {
       for (const int v : chain) sum += model.reach()[v - model.n_vu()] * std::abs(delta[v]);
     }
@@ -76,7 +77,7 @@ double slack(const StepWorkspace::Impl& work, double phi, double mu, const Eigen
 
 namespace {
 
-/// Gap of a self-contact now or after the motion that the command asks for, whichever is less, first order [m].
+/// Smaller one of the gap of a self-contact now and its first-order gap after the commanded motion (S.6) [m].
 double least_commanded_gap(const Model& model, const StepOptions& options, std::size_t i, const StepWorkspace::Impl& work) {
   const contact::Contact& contact = work.contacts[i];
   const Eigen::Vector3d v = displacement(model, i, work.commanded, work);

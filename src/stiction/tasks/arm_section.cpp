@@ -80,9 +80,10 @@ void read_plant(const YamlNode& node, ControlScenario& out) {
   }
 }
 
-constexpr int kRays = 4;  // of the friction cone of an estimator
+constexpr int kRays = 4;  // rays of an estimator's friction cone
 
-/// The cone of four rays around the exact one of the robot's own surface: what touches it is taken to be no rougher.
+/// Cone of four rays that encloses the exact friction cone of the robot's surface. Touched bodies are assumed to be no rougher than the
+/// robot.
 sensing::FrictionCone make_cone(const world::Model& model) {
   double friction = 0;
   for (const auto& geometry : model.geometries())
@@ -102,7 +103,7 @@ void read_noise(const YamlNode& node, int n_a, simulation::ObserverOptions& out)
   out.noise = out.joint_noise.maxCoeff();
 }
 
-/// `true` for the standard sensor, or what differs from it.
+/// Reads `true` for the standard sensor, or a map of the values that differ from it.
 std::optional<execution::BaseSensorOptions> read_base_sensor(const YamlNode& node) {
   execution::BaseSensorOptions out;
   if (!node.is_map()) return node.boolean() ? std::optional(out) : std::nullopt;

@@ -18,7 +18,7 @@ using core::Status;
 
 PoseError goal_error(const world::Model& model, const PlanFile& plan, const Eigen::VectorXd& q) {
   PoseError out{0, 0};
-  Eigen::VectorXd nearest = q;  // what the region means is part of the problem, not of how it was solved
+  Eigen::VectorXd nearest = q;  // the meaning of the region belongs to the problem, not to how it was solved
   if (plan.region) planning::project(model, *plan.region, nearest.head(model.n_qu()));
   for (const int object : goal_objects(model, plan)) {
     const world::Pose X_WO = world::object_pose(model, q, object);
@@ -44,7 +44,7 @@ Eigen::VectorXd normalised(const world::Model& model, Eigen::VectorXd q) {
   for (std::size_t i = 0; i < model.objects().size(); ++i) {
     if (model.scene().objects[i].joint != world::ObjectJoint::Free) continue;
     auto c = q.segment(model.objects()[i].q_begin + 3, 4);
-    if (std::abs(c.norm() - 1) <= CheckOptions{}.quaternion_norm) continue;  // the state that is judged is, bit by bit, the stored one
+    if (std::abs(c.norm() - 1) <= CheckOptions{}.quaternion_norm) continue;  // a valid quaternion stays bitwise as stored
     if (c.norm() > 0) {
       c.normalize();
     } else {

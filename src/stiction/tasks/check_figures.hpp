@@ -10,7 +10,7 @@
 
 namespace stiction::tasks {
 
-/// The worst of a figure so far and where it was met.
+/// The worst value of a figure so far, and its place.
 struct Worst {
   double value = 0;
   std::string where;
@@ -36,7 +36,7 @@ inline void add(CheckReport& out, std::string name, const Worst& worst, std::opt
                        .where = worst.where});
 }
 
-/// Angle of the rotation from R0 to R1 [rad], exact also where it is small.
+/// Angle of the rotation from R0 to R1 [rad], accurate also for small angles.
 inline double angle_between(const Eigen::Matrix3d& R0, const Eigen::Matrix3d& R1) {
   const Eigen::Quaterniond q(R0.transpose() * R1);
   return 2 * std::atan2(q.vec().norm(), std::abs(q.w()));
@@ -46,13 +46,13 @@ struct PoseError {
   double position, angle;  ///< [m], [rad]
 };
 
-/// Distance from the goal that the file states; of several objects the largest.
+/// Distance from the goal stated in the file; the largest one for several objects.
 PoseError goal_error(const world::Model& model, const PlanFile& plan, const Eigen::VectorXd& q);
 
-/// The objects that the goal in the file is about.
+/// The objects of the goal stated in the file.
 std::vector<int> goal_objects(const world::Model& model, const PlanFile& plan);
 
-/// The same state, with unit quaternions where it has others, so that an edited file can be simulated on and is judged by quaternion_norm.
+/// The state with all quaternions normalised, so that an edited file can still be simulated. quaternion_norm then judges the file.
 Eigen::VectorXd normalised(const world::Model& model, Eigen::VectorXd q);
 
 }  // namespace stiction::tasks

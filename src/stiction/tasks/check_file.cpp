@@ -21,7 +21,7 @@ double value_of(const dynamics::Regularisation& r) {
   return std::get<dynamics::FixedEpsilon>(r).epsilon;
 }
 
-/// Options as a search with these seed, threads, scheme and anytime writes them.
+/// Options as a search with this seed, threads, scheme and anytime writes them.
 std::string spell_as_searched(planning::PlannerOptions options, const planning::PlannerOptions& searched, const Model& model) {
   options.seed = searched.seed;
   options.threads = searched.threads;
@@ -126,7 +126,7 @@ void FileCheck::check_goal() {
   if (!same) differs("goal region against the task");
 }
 
-/// `optimize` plans with time step and regularisation of its own, and in single steps.
+/// `optimize` plans with its own time step and regularisation, and in single steps.
 void FileCheck::check_settings() {
   const std::string searched = planner_options_json(searched_, model_);
   if (searched == spell_as_searched(wanted_, searched_, model_)) return;
@@ -180,7 +180,8 @@ void FileCheck::check_command(const Eigen::VectorXd& before, const Eigen::Vector
   }
 }
 
-/// ‖f_t‖ ≤ μ f_n with the friction of the scene, and that friction is the one the file states. What is no pair has no force.
+/// Checks ‖f_t‖ ≤ μ f_n with the friction of the scene, and that the file states the same friction. Geometries that form no pair have no
+/// force.
 void FileCheck::check_cones(const StoredKnot& knot) {
   for (const auto& c : knot.contacts) {
     const auto name = [&] { return here(plan_.geometries[static_cast<std::size_t>(c.a)].name); };

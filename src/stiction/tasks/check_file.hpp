@@ -8,14 +8,14 @@
 
 namespace stiction::tasks {
 
-/// What a plan file says, against the task and against itself, without the dynamics:
-///   edited           the text is the one that was written (its digest)
+/// Compares a plan file with the task and with itself, without the dynamics:
+///   edited           the text matches its digest
 ///   status           Solved
-///   start, goal      those of the task; a goal of the command line is one
-///   settings         the options of the search but for seed, threads, scheme and anytime are those of the task, where they were not given beside it
+///   start, goal      equal to those of the task; a goal from the command line is allowed
+///   settings         search options equal those of the task, except seed, threads, scheme, anytime, and options given beside the task
 ///   dynamics         step and sub-step are at least as fine as the task's, by the same laws
-///   error            of the last knot, as stored
-///   quaternion_norm, joint_limits, command_limits, command_step, display_poses, stored_cone of every knot
+///   error            stored goal error of the last knot
+///   quaternion_norm, joint_limits, command_limits, command_step, display_poses, stored_cone   checked at every knot
 class FileCheck {
  public:
   FileCheck(const Task& task, const PlanFile& plan, const CheckOptions& options);
@@ -41,8 +41,8 @@ class FileCheck {
   const Task& task_;
   const PlanFile& plan_;
   const CheckOptions& limits_;
-  const planning::PlannerOptions searched_;  ///< those of the plan
-  const planning::PlannerOptions wanted_;    ///< those of the task, or those that were given beside it
+  const planning::PlannerOptions searched_;  ///< options of the plan
+  const planning::PlannerOptions wanted_;    ///< options of the task, or options that were given beside it
   const world::Model& model_;
   std::map<std::pair<int, int>, double> friction_{};  ///< μ of pairs of geometries, the lower one first
   world::KinematicsWorkspace work_;

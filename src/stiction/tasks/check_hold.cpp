@@ -5,18 +5,18 @@
 
 #include "stiction/tasks/check_replay.hpp"
 
-// What holds the objects while branches are away from them.
+// Tests whether objects stay in place while robot branches are away from them.
 
 namespace stiction::tasks {
 namespace {
 
-constexpr double kAside = 0.1;   // [rad]
-constexpr int kMostSteps = 20;   // of a side
-constexpr double kStill = 1e-3;  // share of what it may move: an object that moves less in a step rests
+constexpr double kAside = 0.1;   // tilt of gravity [rad]
+constexpr int kMostSteps = 20;   // largest number of steps per tilt direction
+constexpr double kStill = 1e-3;  // an object rests if it moves less than this share of the allowed motion in a step
 
 }  // namespace
 
-/// A release is unstable when an object does not stay with gravity aside, at the knot where its branches are farthest away.
+/// A release is unstable if an object moves under tilted gravity, at the knot where the branches are farthest away.
 void Replay::see_hold(std::size_t segment, const StoredKnot& away) {
   for (int side = 0; side < 4; ++side) {
     const auto slip = slip_aside(away, side);
@@ -27,7 +27,7 @@ void Replay::see_hold(std::size_t segment, const StoredKnot& away) {
   }
 }
 
-/// How far the objects go, the farthest and the one that turns most; nothing where a step is not solved.
+/// Largest displacement and largest rotation of the objects; nothing if a step is not solved.
 std::optional<PoseError> Replay::slip_aside(const StoredKnot& away, int side) {
   const Eigen::VectorXd start = normalised(model_, away.q);
   Eigen::VectorXd q = start;
@@ -48,7 +48,7 @@ std::optional<PoseError> Replay::slip_aside(const StoredKnot& away, int side) {
   return slip;
 }
 
-/// What free objects feel besides gravity when it is turned by kAside, its share along the old direction unchanged (n_v).
+/// Extra force on free objects if gravity is tilted by kAside and its component along the old direction is unchanged (n_v).
 Eigen::VectorXd Replay::calc_gravity_aside(const Eigen::VectorXd& q, int side) const {
   const Eigen::Vector3d gravity = model_.scene().gravity;
   Eigen::VectorXd tau = Eigen::VectorXd::Zero(model_.n_v());

@@ -11,7 +11,7 @@
 namespace stiction::tasks {
 namespace {
 
-/// An object may turn by so much in a regrasp [rad].
+/// Allowed rotation of an object in a regrasp [rad].
 constexpr double kRegraspTurn = 0.02;
 
 }  // namespace
@@ -106,17 +106,17 @@ std::string Replay::pair_name(int pair) const {
          model_.geometries()[static_cast<std::size_t>(p.geometry_b)].name;
 }
 
-/// With a gap or a depth, given in contact tolerances.
+/// Names a pair with a gap or a depth, given in contact tolerances.
 std::string Replay::pair_name(int pair, double share) const {
   return fmt::format("{}, {:.3g} mm", pair_name(pair), 1e3 * share * model_.scales().contact_tolerance(pair));
 }
 
 double Replay::friction(int pair) const { return step_options_.friction_scale * model_.pairs()[static_cast<std::size_t>(pair)].friction; }
 
-/// Smaller forces are not looked at [N].
+/// Smallest force that is checked [N].
 double Replay::least_force(int pair) const { return world::share::kForce * model_.scales().pair(pair).force; }
 
-/// A search that ends without a plan may have had no time for the forces of its best path: then there are none in the file.
+/// A search that ends without a plan may have had no time to compute the forces of its best path. The file then has none.
 bool Replay::tells_forces() const {
   if (plan_.status == Status::Solved) return true;
   return std::ranges::any_of(plan_.segments, [](const auto& segment) {
@@ -144,14 +144,14 @@ void Replay::find_branches() {
   }
 }
 
-/// A branch that goes elsewhere in a regrasp touches nothing from when it was first free of everything to when it was last.
+/// Checks that a branch that goes elsewhere in a regrasp touches nothing between the first and the last moment at which it is free.
 void Replay::check_regrasp(std::size_t segment) {
   const double free = world::share::kContact * model_.scales().robots().length;
-  const double touching = 0.1 * free;     // what is pushed away keeps a gap of some micrometres
+  const double touching = 0.1 * free;     // a body that was pushed away keeps a gap of some micrometres
   constexpr double kGoesElsewhere = 0.1;  // [rad, L]: a finger that only stops pushing stays where it is
   const int first_joint = model_.n_q() - model_.n_a();
   const auto& knots = plan_.segments[segment].knots;
-  std::vector<double> clear(knots.size(), std::numeric_limits<double>::infinity());  // the least gap of the branches that go elsewhere
+  std::vector<double> clear(knots.size(), std::numeric_limits<double>::infinity());  // smallest gap of the branches that go elsewhere
   bool any = false;
   for (const Branch& branch : branches_) {
     std::vector<double> gap(knots.size()), travel(knots.size(), 0.0);
@@ -201,7 +201,7 @@ bool Replay::step(const Eigen::VectorXd& q, const Eigen::VectorXd& u) {
   return false;
 }
 
-/// One step of the re-simulation from q, judged; q becomes the state after it.
+/// Makes and judges one step of the re-simulation from q; q becomes the state after it.
 void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
   if (!step(q, u)) return;
   q = result_.q_next;
@@ -221,15 +221,15 @@ void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
                     [&] { return here(pair_name(c.contact.pair)); });
     const double phi = contact::pair_distance(model_, kinematics_, c.contact.pair, contact_work_).phi;
     const double gap = phi / model_.scales().contact_tolerance(c.contact.pair);
-    // An object that falls to rest at the start may turn farther in a step than a linear gap can tell: the plan begins where it lies then.
+    // An object that falls to rest at the start may turn too far in a step for the linear gap to be accurate. The plan begins after that.
     if (plan_.segments[static_cast<std::size_t>(place_.segment)].kind != planning::SegmentKind::Settle)
       force_gap_.see(gap, [&] { return here(fmt::format("{} ({:.3g} N)", pair_name(c.contact.pair, gap), force.norm())); });
     slide_.see(c.displacement.tail<2>().norm(), [&] { return here(pair_name(c.contact.pair)); });
   }
 }
 
-/// Normal forces of the last step, the contacts of a pair together, against what the pair bears; of the robot with itself or with what does not move also against
-/// the force at which the planner ends a push.
+/// Compares the normal forces of the last step, summed over the contacts of a pair, with the force that the pair bears. Forces of the robot
+/// on itself or on fixed bodies are also compared with the force at which the planner ends a push.
 void Replay::see_press() {
   const auto is_object = [&](int geometry) {
     return model_.bodies()[static_cast<std::size_t>(model_.geometries()[static_cast<std::size_t>(geometry)].body)].kind ==
@@ -247,7 +247,7 @@ void Replay::see_press() {
   }
 }
 
-/// The same of the forces in the file.
+/// Does the same for the forces in the file.
 void Replay::see_stored_press(const StoredKnot& knot) {
   for (int i = 0; i < static_cast<int>(model_.pairs().size()); ++i) {
     const auto& pair = model_.pairs()[static_cast<std::size_t>(i)];
@@ -271,14 +271,14 @@ void Replay::see_bystanders(const Eigen::VectorXd& q) {
   }
 }
 
-/// K_a|u − q| against the effort of the motor, at a stored knot.
+/// Compares K_a|u − q| with the effort of the motor at a stored knot.
 void Replay::see_effort(const StoredKnot& knot) {
   const Eigen::VectorXd share = model_.stiffness().cwiseProduct(knot.u - knot.q.tail(model_.n_a())).cwiseQuotient(model_.effort());
   for (int j = 0; j < model_.n_a(); ++j) effort_.see(std::abs(share[j]), [&] { return here(joint_name(j)); });
 }
 
-/// What a step may be off by: the gap of its rows, rows · tol · 5 L F, is at least ½K_a δq² of every spring ([cone], §5), hence K_a δq of its pull. Largest over the
-/// joints, relative to their efforts.
+/// Allowed error of spring torques due to the tolerance of a step. The duality gap of its rows, rows · tol · 5 L F, is at least ½K_a δq² of
+/// every spring ([cone], §5), which bounds the torque error K_a δq. Returns the largest one over the joints, relative to their efforts.
 double Replay::effort_allowance() const {
   double work = 0;
   for (int i = 0; i < static_cast<int>(model_.pairs().size()); ++i) {
@@ -293,7 +293,7 @@ double Replay::effort_allowance() const {
   return (2 * gap * model_.stiffness().array()).sqrt().cwiseQuotient(model_.effort().array()).maxCoeff();
 }
 
-/// A stored knot against one full sub-step from the knot before it.
+/// Compares a stored knot with one full sub-step from the knot before it.
 void Replay::check_stored(const Eigen::VectorXd& q_before, const StoredKnot& knot) {
   const Eigen::VectorXd q = normalised(model_, knot.q), q_from = normalised(model_, q_before);
   const auto [depth, pair] = deepest(q);
@@ -305,7 +305,7 @@ void Replay::check_stored(const Eigen::VectorXd& q_before, const StoredKnot& kno
   check_stored_forces(q_from, knot);
 }
 
-/// Every stored contact is one of the step: the same shapes, point, normal and gap.
+/// Checks that every stored contact is a contact of the step, with the same shapes, point, normal and gap.
 void Replay::check_stored_contacts(const StoredKnot& knot) {
   for (const auto& stored : knot.contacts) {
     double nearest = std::numeric_limits<double>::infinity();
@@ -337,8 +337,8 @@ void Replay::compare_states(const Eigen::VectorXd& a, const Eigen::VectorXd& b, 
   }
 }
 
-/// Redundant contacts may share a load in many ways, and a hinge takes whatever does not turn it: what is compared is the sum over the
-/// contacts along every coordinate that an object slides along or, where it is held by a joint, turns about (as a force at the longest lever).
+/// Redundant contacts may share a load in many ways, and a hinge takes every load that does not turn it. So the check compares sums over
+/// contacts, along every coordinate that an object slides along or, if a joint holds it, turns about (as a force at the longest lever).
 void Replay::check_stored_forces(const Eigen::VectorXd& q_before, const StoredKnot& knot) {
   struct Force {
     int a, b;  // geometries

@@ -10,15 +10,16 @@
 
 namespace stiction::tasks {
 
-/// The physics of a plan: a replay from its start at half the sub-step, and one full sub-step from every stored knot to the next.
-///   goal_position, goal_angle, path_…   where the replay comes to
-///   penetration, force_cone, force_gap, slide, failed_steps   of the replay, penetration of the stored states too
-///   stored_position, stored_angle, stored_force, stored_contact   stored knots against the full sub-step; forces of an unsolved plan where it has any
+/// Checks the physics of a plan: a replay from its start at half the sub-step, and one full sub-step from every stored knot to the next.
+///   goal_position, goal_angle, path_…   end of the replay
+///   penetration, force_cone, force_gap, slide, failed_steps   of the replay; penetration also of the stored states
+///   stored_position, stored_angle, stored_force, stored_contact   stored knots compared with the full sub-step; an unsolved plan may lack
+///                                                                 forces
 ///   regrasp_contact                                               of stored regrasps
-///   bystander_move, bystander_tip                                 of the replay, where the task has bystanders
+///   bystander_move, bystander_tip                                 of the replay, if the task has bystanders
 ///   effort                                                        of stored knots
-///   max_force, brace                                              of the replay and of full sub-steps, max_force of stored forces as well
-/// Forces are looked at above a share of the force of the pair, so that a heavy thing that nothing touches hides nothing.
+///   max_force, brace                                              of the replay and of full sub-steps; max_force also of stored forces
+/// Only forces above a share of the pair's own force are checked, so that a heavy body elsewhere in the scene hides no small force.
 class Replay {
  public:
   Replay(const Task& task, const PlanFile& plan, const CheckOptions& options);
@@ -75,9 +76,9 @@ class Replay {
   dynamics::StepResult result_;
   std::vector<int> goal_objects_;
   std::optional<planning::Bystanders> bystanders_;
-  double brace_force_ = 0;  ///< of the planner: how hard the robot may press on itself or on what does not move [N]
-  PoseError stays_{0, 0};   ///< of the planner: an object that moves less in a regrasp stays where it is
-  long unstable_ = 0;       ///< regrasps in which one would not with gravity aside
+  double brace_force_ = 0;  ///< planner's limit on the robot's force on itself or on fixed bodies [N]
+  PoseError stays_{0, 0};   ///< planner's limit on the motion of an object that stays in place during a regrasp
+  long unstable_ = 0;       ///< regrasps in which an object would move farther under tilted gravity
   std::vector<Branch> branches_;
   double start_penetration_ = 0;
   long steps_ = 0;

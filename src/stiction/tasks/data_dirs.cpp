@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What a variable of the environment lists, separated by ':'.
+/// Folders listed in an environment variable, separated by ':'.
 std::vector<fs::path> folders_in(const char* variable) {
   std::vector<fs::path> out;
   const char* value = std::getenv(variable);

@@ -10,17 +10,17 @@
 
 namespace stiction::tasks {
 
-// What the MJCF files of a scene say of where things are.
+// Positions of objects, joints and sites from the MJCF files of a scene.
 
-/// Puts the objects of MJCF files where the files have them, and the joints of robots that are in whole scenes.
-/// @param placed  per object, becomes true where a file says it
+/// Sets objects of MJCF files, and joints of robots from whole-scene files, to their positions in the files.
+/// @param placed  per object: set to true if a file gives its position
 void start_as_written(const world::Model& model, Eigen::VectorXd& q, std::vector<bool>& placed);
 
-/// Puts joints and objects where a keyframe has them; what lies outside its limits goes to the nearest of them.
-/// @throws core::InvalidInput: no file has a keyframe of this name
+/// Sets joints and objects to a keyframe. Coordinates outside their limits are clamped to the nearest limit.
+/// @throws core::InvalidInput: no file has a keyframe with this name
 void start_at_keyframe(const world::YamlNode& name, const world::Model& model, Eigen::VectorXd& q, std::vector<bool>& placed);
 
-/// Pose in the world of a site or a body that stands still. @throws core::InvalidInput: there is none of this name, or it moves
+/// World pose of a fixed site or body. @throws core::InvalidInput: no site or body with this name, or it moves
 world::Pose find_place(const world::YamlNode& name, const world::Model& model);
 
 }  // namespace stiction::tasks

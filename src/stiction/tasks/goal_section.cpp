@@ -19,7 +19,7 @@ namespace {
 using world::Model;
 using world::YamlNode;
 
-/// Of a goal: what was written is more than one pose: somewhere [lower, upper], or ~ for any value.
+/// True if a goal is more than one pose: it has an interval [lower, upper], or ~ for any value.
 bool is_region(const YamlNode& node) {
   for (const char* key : {"position", "rpy", "coordinates"}) {
     const auto value = node.find(key);
@@ -78,8 +78,8 @@ void set_goal_at(const Eigen::VectorXd& q, planning::PlanningProblem& problem) {
   problem.goal.X_WG = world::object_pose(model, q, problem.goal.object);
 }
 
-/// The pose does not tell the goal from another turn of a hinge: the goal is more than half a turn away, or another turn of it lies inside
-/// the limits. Such a goal is a region with one coordinate in it; a hinge is a number, 2π is not 0.
+/// True if the goal pose of a hinge is ambiguous by full turns: the goal is more than half a turn away, or another turn of it lies inside
+/// the limits. Such a goal is a region with one coordinate, because a hinge angle is a number and 2π is not 0.
 bool counts_turns(const Model& model, int object, double start, double goal) {
   const auto& spec = model.scene().objects[static_cast<std::size_t>(object)];
   if (spec.joint != world::ObjectJoint::Hinge) return false;
@@ -88,7 +88,7 @@ bool counts_turns(const Model& model, int object, double start, double goal) {
   return spec.limits && (goal - kTurn >= (*spec.limits)[0] || goal + kTurn <= (*spec.limits)[1]);
 }
 
-/// The goal region, and what of it is nearest to the start.
+/// Sets the goal region, and the goal configuration in it that is nearest to the start.
 void set_region(planning::GoalRegion region, planning::PlanningProblem& problem) {
   const Model& model = *problem.model;
   Eigen::VectorXd q = problem.q_start;
@@ -103,7 +103,7 @@ double nearest_in_limits(const Model& model, int object, double lower, double up
   return spec.limits ? std::clamp((*spec.limits)[0], lower, upper) : lower;
 }
 
-/// Of the objects that a goal names those that no other of them hangs on; ascending.
+/// Objects named by a goal on which no other named object hangs, ascending.
 std::vector<int> leaves_of(const Model& model, const std::vector<int>& named) {
   std::vector<int> out;
   for (const int o : named) {
@@ -117,13 +117,13 @@ std::vector<int> leaves_of(const Model& model, const std::vector<int>& named) {
   return out;
 }
 
-/// Thresholds are shares of the size of one object: of several of the smallest.
+/// The smallest of several objects, whose size sets the thresholds.
 int smallest(const Model& model, const std::vector<int>& objects) {
   return *std::min_element(objects.begin(), objects.end(),
                            [&](int a, int b) { return model.scales().object(a).length < model.scales().object(b).length; });
 }
 
-/// The objects of a goal and all that they hang on, ascending: what hangs on another is listed after it.
+/// The objects of a goal and all objects that they hang on, ascending: an object comes after its parent.
 std::vector<int> objects_with_carriers(const Model& model, const planning::Goal& goal) {
   std::vector<int> out;
   for (const int of_goal : planning::goal_objects(model, goal)) {

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 using planning::PlanningProblem;
 using world::YamlNode;
 
-/// The task with its objects where the goal before left them.
+/// The task with its objects at the previous goal.
 Task after(const Task& task, const std::vector<PlanningProblem>& before) {
   Task out = task;
   if (!before.empty()) out.problem.q_start.head(before.back().q_goal.size()) = before.back().q_goal;
@@ -42,7 +42,7 @@ std::string_view without(std::string_view text, std::string_view prefix) {
   return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
 }
 
-/// @param tell  number of the goal and what is wrong with it: the message
+/// @param tell  makes the message from the number of the goal and its fault
 template <class Tell>
 std::vector<PlanningProblem> read_list(const Task& task, const YamlNode& list, std::string_view name, const Tell& tell) {
   if (!list.is_sequence() || list.items().empty())

@@ -9,18 +9,20 @@
 
 namespace stiction::tasks {
 
-// Goals that a run reaches one after another, in place of the goal of a task. Each is read as if the objects were where the goal before left them, and bystanders
-// stand where they then are; tolerances stay.
+// A sequence of goals that a run reaches one after another, instead of the goal of a task. Each goal is read as if the objects were at the
+// previous goal, and bystanders at their positions of that moment. Tolerances stay.
 
-/// Goals of a file: a list. Each is numbers as of set_goal(), ~ for any value, or a mapping as of the section `goal` of a task.
-/// @throws core::InvalidInput "goal 3 of 7 in FILE:LINE: got …, expected …", also of a goal that cannot be
+/// Reads a list of goals from a file. Each goal is a list of numbers as in set_goal(), with ~ for any value, or a mapping as in the section
+/// `goal` of a task.
+/// @throws core::InvalidInput "goal 3 of 7 in FILE:LINE: got …, expected …", also for an impossible goal
 /// Tests: tests/tasks/goals_in_row_test.cpp
 std::vector<planning::PlanningProblem> load_goals(const Task& task, const std::filesystem::path& file);
 
-/// The same of a text in memory. @param name  of the list, for messages: "NAME[2]: got …, expected …"
+/// Reads the goals from a text in memory. @param name  name of the list in messages: "NAME[2]: got …, expected …"
 std::vector<planning::PlanningProblem> parse_goals(const Task& task, const std::string& text, const std::string& name);
 
-/// Goals in numbers, as of set_goal(). @param name  for messages: "NAME 3 of 7: got …, expected …"; of one goal alone those of set_goal()
+/// Makes the goals from numbers as in set_goal(). @param name  name in messages: "NAME 3 of 7: got …, expected …"; a single goal gives the
+/// messages of set_goal()
 std::vector<planning::PlanningProblem> make_goals(const Task& task, const std::vector<std::vector<std::optional<double>>>& goals,
                                                   const std::string& name);
 

@@ -20,7 +20,7 @@ using world::ObjectJoint;
 using world::ObjectSpec;
 using world::RobotContents;
 
-/// A name as YAML takes it in a flow.
+/// A name quoted as YAML flow style needs it.
 std::string quoted(const std::string& name) {
   const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.'; };
   const bool word = !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) != 0 && std::all_of(name.begin(), name.end(), plain);
@@ -76,7 +76,7 @@ bool says_goal(std::string name) {
   return name.find("goal") != std::string::npos || name.find("target") != std::string::npos;
 }
 
-/// A goal for an object that starts at q. @param places  that stand still
+/// A goal for an object that starts at q. @param places  fixed sites and bodies
 std::string make_goal(const ObjectSpec& object, const Eigen::VectorXd& q, const std::vector<std::string>& places) {
   constexpr double kMove = 0.1, kTurn = 0.5, kShare = 0.9;  // [m], [rad], of the way to the farther end
   if (object.joint == ObjectJoint::Hinge || object.joint == ObjectJoint::Slider) {

@@ -6,16 +6,16 @@
 
 namespace stiction::tasks {
 
-/// A task, as text, that is in one MJCF or URDF file: which bodies are robots, objects and fixed follows from its actuators, and the text says what
-/// was found, where things start (a keyframe, if there is one) and a goal to be edited: a site or body that stands still and is called goal
-/// or target for an object that is free, else a motion of an object of about a tenth of a metre or of its range.
-/// @param folder  where the text will stand: the file is named relative to it
-/// @param object  that the goal moves; empty: the first one
-/// @throws core::InvalidInput: what MuJoCo refuses, a file without a robot or without an object, no object of that name
+/// Makes the text of a task from one MJCF or URDF file. The actuators of the file tell robots, objects and fixed bodies apart. The text
+/// lists these bodies, the start (a keyframe, if there is one) and a goal for the user to edit: for a free object a fixed site or body
+/// named goal or target, otherwise a motion by 0.1 m, 0.5 rad, or 0.9 of the way to the farther joint limit.
+/// @param folder  folder of the text; the path of the file is relative to it
+/// @param object  object that the goal moves; empty: the first object
+/// @throws core::InvalidInput: a file that MuJoCo rejects, a file without a robot or without an object, no object of that name
 /// Tests: tests/tasks/import_scene_test.cpp
 std::string import_scene(const std::filesystem::path& file, const std::filesystem::path& folder, const std::string& object = {});
 
-/// Names of the keyframes of such a file, for `start: {keyframe: …}` of its tasks. @throws core::InvalidInput: what MuJoCo refuses
+/// Names of the keyframes of such a file, for `start: {keyframe: …}` in its tasks. @throws core::InvalidInput: a file that MuJoCo rejects
 std::vector<std::string> list_keyframes(const std::filesystem::path& file);
 
 }  // namespace stiction::tasks

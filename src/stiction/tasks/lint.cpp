@@ -24,7 +24,7 @@ namespace {
 using world::BodyKind;
 using world::Model;
 
-/// Above one, a length as people say it.
+/// A length as text, in mm below 0.1 m and otherwise in m.
 std::string length(double x) { return std::abs(x) < 0.1 ? fmt::format("{:.3g} mm", 1e3 * x) : fmt::format("{:.3g} m", x); }
 
 class Linter {
@@ -72,7 +72,7 @@ class Linter {
   void place(const Eigen::VectorXd& q) { world::calc_kinematics(model_, q, kinematics_work_, kinematics_); }
   double distance(int i) { return contact::pair_distance(model_, kinematics_, i, contact_work_).phi; }
 
-  /// Where what was said last is, as the kinematics are now. @param p  pair of an overlap or a gap
+  /// Adds to the last finding its place under the current kinematics. @param p  pair of an overlap or a gap
   void place_finding(const char* where, int p) {
     const contact::Distance d = contact::pair_distance(model_, kinematics_, p, contact_work_);
     Finding& said = out_.back();
@@ -87,7 +87,7 @@ class Linter {
     out_.back().amount = amount;
   }
 
-  /// The nearest of what an object may touch. @param pair −1: there is nothing
+  /// The nearest body that an object may touch. @param pair −1: there is none
   struct Nearest {
     int pair = -1;
     double phi = std::numeric_limits<double>::infinity();
@@ -107,7 +107,7 @@ class Linter {
     return geometry(is_of(pair(p).geometry_a, o) ? pair(p).geometry_b : pair(p).geometry_a).name;
   }
 
-  /// Neither a robot nor an object: where it is at the start it is at the goal.
+  /// True for a fixed body, neither robot nor object: it has the same pose at the start and at the goal.
   bool stays(int g) const { return body_of(g).dofs.empty(); }
 
   template <class Wanted>
@@ -127,7 +127,7 @@ class Linter {
     }
   }
 
-  /// Links that nearly touch where the robot is at rest: its paths keep less from each other there. One line for each two bodies.
+  /// Links that nearly touch at rest: paths of the robot keep a smaller distance there. One line per pair of bodies.
   void close_links() {
     place(task_.problem.q_start);
     const double usual = world::share::kClearance * model_.scales().robots().length;
@@ -169,7 +169,7 @@ class Linter {
     place_finding("start", worst);
   }
 
-  /// What is fragile is pressed by no more than it bears, in a step that holds the start.
+  /// Checks that a step that holds the start presses fragile bodies by no more than they bear.
   void press(const dynamics::StepResult& step, double h) {
     std::map<int, double> forces;
     for (const auto& c : step.contacts) forces[c.contact.pair] += c.lambda[0] / h;
@@ -227,7 +227,7 @@ class Linter {
     place_finding("goal", object(o).name);
   }
 
-  /// What hangs on the object, and what the object hangs on, moves it as well.
+  /// Bodies that hang on the object, and bodies that the object hangs on, move it as well.
   bool moves_with(int g, int o) const {
     const auto& body = body_of(g);
     if (body.kind != BodyKind::Object) return false;
@@ -247,7 +247,7 @@ class Linter {
     }
   }
 
-  /// A robot may touch it, or what moves with it; what a robot may not, a tool reaches.
+  /// True if a robot may touch the object or a body that moves with it. If no robot may, a tool has to.
   bool is_touched(int o) const {
     return std::any_of(model_.pairs().begin(), model_.pairs().end(),
                        [&](const world::Pair& p) { return moves_with(p.geometry_a, o) && body_of(p.geometry_b).kind == BodyKind::Robot; });

@@ -21,11 +21,11 @@ using world::BodyKind;
 using world::Model;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kPostures = 48;       // that are drawn
-constexpr int kLeastPostures = 12;  // with which anything is said
+constexpr int kPostures = 48;       // number of sampled postures
+constexpr int kLeastPostures = 12;  // with fewer postures in contact, nothing is reported
 constexpr int kDirections = 16;     // around a friction cone, and of the support of an object
 
-/// Force that moving the object takes.
+/// Force required to move the object.
 struct Need {
   double force = 0;              ///< [N]
   Vector3d along{0, 0, 0};       ///< direction in which it counts; zero: any
@@ -65,7 +65,7 @@ class MotorLinter {
   Vector3d position(const VectorXd& q) const { return world::object_pose(model_, q, o_).p; }
   double weight() const { return object().carried_mass * model_.scene().gravity.norm(); }
 
-  /// Gravity moves it.
+  /// True if gravity moves the object.
   bool has_weight() {
     if (!(weight() > 0)) return false;
     VectorXd tau(model_.n_vu());
@@ -74,7 +74,7 @@ class MotorLinter {
     return tau.segment(object().v_begin, object().n_v).cwiseAbs().maxCoeff() > world::share::kForce * weight();
   }
 
-  /// Contacts of the object with what no motor moves, as near as a contact tolerance or `near` [m].
+  /// Contacts of the object with bodies that no motor moves, within a contact tolerance or `near` [m].
   std::vector<contact::Contact> find_support(const VectorXd& q, double near) {
     world::calc_kinematics(model_, q, work_.kinematics_work, work_.kinematics);
     near = std::max(near, world::share::kContact * model_.scales().object(o_).length);
@@ -117,7 +117,7 @@ class MotorLinter {
     return out;
   }
 
-  /// What a motor gives in any direction: |J_jᵀu| ≤ reach_j.
+  /// Force that the motors of a hand give in any direction, since |J_jᵀu| ≤ reach_j.
   double surely_given() const {
     double best = 0;
     for (const int i : hands_) {
@@ -152,7 +152,7 @@ class MotorLinter {
                                          takes, given, postures)});
   }
 
-  /// Largest force of the branches on the object at q, the best contact of each.
+  /// Largest force of the branches on the object at q, with the best contact of each branch.
   double calc_given(const VectorXd& q, const Vector3d& along) {
     world::calc_kinematics(model_, q, work_.kinematics_work, work_.kinematics);
     const double near = world::share::kContact * model_.scales().object(o_).length;
@@ -167,7 +167,8 @@ class MotorLinter {
     return sum;
   }
 
-  /// Largest force of one contact within the efforts: over directions λ of its cone, s λ with the largest s that |J_jᵀλ| s ≤ effort_j allows.
+  /// Largest force of one contact within the efforts: over directions λ of its cone, s λ with the largest s that |J_jᵀλ| s ≤ effort_j
+  /// allows.
   double calc_most(const contact::Contact& c, const Vector3d& along) {
     const auto& support = model_.supports()[static_cast<std::size_t>(pair(c.pair).support)];
     const auto n = static_cast<Eigen::Index>(support.size());

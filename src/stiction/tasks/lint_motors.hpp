@@ -7,17 +7,20 @@
 
 namespace stiction::tasks {
 
-/// "motors": the goal's object has to be carried, or pushed along what it stands on, and the motors' efforts do not give the force for it.
+/// Reports "motors": the goal's object must be carried, or pushed along its support, and the motors' efforts cannot give the force for it.
 ///
-/// Needed, with W the weight of the object and all that hangs on it:
-///   carried   W, where the goal is away from everything but the links that move
-///   pushed    min(μ, a/D)·W, where it stands at the start and at the goal and these are apart: it slides, or tips about an edge a away from the vertical
-///             through its centre of mass by a force that acts D at most away from it. Nothing for what stands on fewer than three points, which may roll.
-/// Given: the largest force of contacts inside their friction cones with |J_jᵀλ| ≤ effort_j in every joint, upwards (carried) or in any direction (pushed), the best contact
-/// of every branch added up, over postures in contact that are drawn at the goal (carried) or at the start (pushed). Equilibrium in the other directions is not asked for, so that
-/// what is said to be too little is.
+/// Required force, with W the weight of the object and all objects that hang on it:
+///   carried   W, if at the goal the object is away from everything but moving links
+///   pushed    min(μ, a/D)·W, if the object stands at the start and at a different goal. It slides, or tips about an edge at distance a
+/// from
+///             the vertical through its centre of mass, by a force at a lever arm of at most D. An object on fewer than three support
+/// points
+///             may roll and needs no force.
+/// Available force: the largest contact force inside the friction cone with |J_jᵀλ| ≤ effort_j in every joint, upwards (carried) or in any
+/// direction (pushed). The best contacts of all branches are added up, and the maximum is taken over sampled postures in contact at the
+/// goal (carried) or at the start (pushed). Equilibrium in the other directions is not required, so a reported lack of force is certain.
 ///
-/// Says nothing where the weakest joint at its full reach gives enough, and where hardly a posture is found.
+/// Reports nothing if the weakest joint at its full reach gives enough force, or if too few postures are found.
 /// Tests: tests/tasks/lint_motors_test.cpp
 void lint_motors(const Task& task, const core::RunControl& control, std::vector<Finding>& out);
 

@@ -6,7 +6,7 @@
 
 namespace stiction::tasks {
 
-/// What the numbers of a task's text say: "units" and "quaternion".
+/// Checks the numbers in a task's text: findings "units" and "quaternion".
 void lint_numbers(const Task& task, std::vector<Finding>& out);
 
 }  // namespace stiction::tasks

@@ -6,7 +6,7 @@
 
 namespace stiction::tasks {
 
-/// Links that are seen and cannot be touched ("visual"), and links much larger than the robot that they belong to ("size").
+/// Finds links with visual but no collision geometry ("visual"), and links much larger than the reach of their robot ("size").
 /// Tests: tests/tasks/lint_robots_test.cpp
 void lint_robots(const Task& task, std::vector<Finding>& out);
 

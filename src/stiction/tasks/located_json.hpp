@@ -14,8 +14,8 @@
 
 namespace stiction::tasks {
 
-/// A JSON value that knows its place, for messages "FILE: field: got …, expected …". The place is spelled only when it is needed:
-/// a plan has a million values.
+/// A JSON value that knows its place in the file, for messages "FILE: field: got …, expected …". The place is put into words only for a
+/// message, because a plan has a million values.
 class LocatedJson {
  public:
   LocatedJson(const nlohmann::ordered_json& node, const std::string& file, const LocatedJson* parent, std::string_view key, long index)
@@ -29,7 +29,7 @@ class LocatedJson {
   bool is_null() const { return node_->is_null(); }
   const nlohmann::ordered_json& node() const { return *node_; }
 
-  /// An object with these keys and no others but the optional ones.
+  /// Requires an object with these keys and no others except the optional ones.
   void require_keys(std::initializer_list<std::string_view> keys, std::initializer_list<std::string_view> optional = {}) const {
     if (!node_->is_object()) fail("an object");
     for (const auto key : keys) {
@@ -112,7 +112,7 @@ class LocatedJson {
     return out;
   }
   Eigen::Vector3d vector3() const { return vector(3); }
-  /// n numbers, or null for one that is infinite with this sign.
+  /// Reads n numbers; null stands for infinity with this sign.
   Eigen::VectorXd bounds(std::size_t n, double sign) const {
     if (size() != n) fail(fmt::format("{} numbers", size()), fmt::format("{}", n));
     Eigen::VectorXd out(static_cast<Eigen::Index>(n));

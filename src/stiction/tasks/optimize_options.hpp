@@ -21,18 +21,18 @@ std::string sampling_json(const dynamics::Sampling& sampling);
 /// sweep | receding
 trajopt::InnerSolver parse_solver(std::string_view field, std::string_view name);
 
-/// The `optimize` section of a task: a horizon, options, and the settings of all four schemes, one of which the options hold.
+/// The `optimize` section of a task: horizon, options, and the settings of all four schemes. The options hold the chosen scheme.
 struct OptimizeSetup {
   int horizon = 20;                  ///< T
-  Scheme scheme = Scheme::Analytic;  ///< the one in options.scheme
+  Scheme scheme = Scheme::Analytic;  ///< the scheme in options.scheme
   trajopt::OptimizeOptions options;
   dynamics::Analytic analytic;
   dynamics::RandomizedFirstOrder randomized_first;
   dynamics::RandomizedZerothOrder randomized_zeroth;
-  bool use_A = true;  ///< as the file says; choose() goes without A where the scheme cannot give it: zeroth order with std_q = 0
-  Eigen::VectorXd joints_reference;   ///< of qᵃ (n_a); empty: those of the start
-  void choose(Scheme scheme);         ///< puts its settings into options.scheme
-  void set_seed(std::uint64_t seed);  ///< of the randomised schemes
+  bool use_A = true;  ///< value from the file; choose() turns A off for a zeroth-order scheme with std_q = 0, which cannot give A
+  Eigen::VectorXd joints_reference;   ///< reference of qᵃ (n_a); empty: the joints of the start
+  void choose(Scheme scheme);         ///< copies the settings of this scheme into options.scheme
+  void set_seed(std::uint64_t seed);  ///< sets the seed of the randomised schemes
 };
 
 /// Reads the section:
@@ -44,7 +44,7 @@ struct OptimizeSetup {
 /// @throws core::InvalidInput with file, line and field
 OptimizeSetup read_optimize_setup(const world::YamlNode& node, const world::Model& model);
 
-/// The same section as one JSON object, with everything resolved.
+/// Writes the section as one JSON object, with all values resolved.
 std::string optimize_setup_json(const OptimizeSetup& setup);
 
 }  // namespace stiction::tasks

@@ -12,21 +12,21 @@
 
 namespace stiction::tasks {
 
-/// An option of the planner as files and Python have it. The table of them drives the reader, the writer, the JSON schema, docs/options.md and the
-/// names in Python.
+/// A planner option as it appears in files and in Python. The reader, the writer, the JSON schema, docs/options.md and the Python names all
+/// follow the table of these options.
 struct OptionRow {
   std::string_view key;
-  bool in_plan;          ///< a plan file has it among its options; the others it has elsewhere or not at all
-  std::string_view doc;  ///< what it is, with its unit
-  std::string schema;    ///< JSON schema of the value; null, which takes an option back, besides
+  bool in_plan;          ///< plan files list it among their options; others are stored elsewhere or not at all
+  std::string_view doc;  ///< description with unit
+  std::string schema;    ///< JSON schema of the value; null, which resets an option, is allowed besides
   std::function<void(const world::YamlNode&, const world::Model&, planning::PlannerOptions&)> read;
   std::function<nlohmann::ordered_json(const planning::PlannerOptions&, const world::Model&)> write;  ///< null: not written
 };
 
-/// The value of a key, nullopt when it is missing or null.
+/// Value of a key; nullopt if the key is missing or null.
 std::optional<world::YamlNode> given(const world::YamlNode& map, std::string_view key);
 
-/// In the order in which they are read: a later one may undo what an earlier one set.
+/// All options in reading order; a later option may override values set by an earlier one.
 const std::vector<OptionRow>& option_table();
 
 }  // namespace stiction::tasks

@@ -48,10 +48,10 @@ constexpr std::string_view kGone[] = {"trees",
                                       "release_tol_position",
                                       "release_tol_angle",
                                       "refined_fraction"};
-/// They made another algorithm of it, which is asked for by `thesis` now.
+/// Former options that switched to another algorithm, which the map `thesis` now selects.
 constexpr std::string_view kOfTheThesis[] = {"single_step", "real_regrasps", "scheme"};
 
-/// What is left of options that went. @throws core::InvalidInput: one of those that made another algorithm of it
+/// Handles removed options. @throws core::InvalidInput: a removed option that switched to another algorithm
 void look_at_gone(const YamlNode& node, std::vector<std::string>* notes) {
   for (const std::string_view key : kOfTheThesis) {
     if (const auto value = given(node, key))

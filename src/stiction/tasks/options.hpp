@@ -12,15 +12,15 @@ namespace stiction::tasks {
 inline constexpr std::array<std::string_view, 2> kFrictionLawNames = {"anitescu", "coulomb"};  // of dynamics::FrictionLaw
 
 /// Reads the `planner` section of a task file: the rows of option_table() by their names.
-/// A null stands for a key that is not given, so that a file may take back a choice of its base.
-/// @param defaults  of what is not given  @param notes  gets a sentence for each option that is none any more
+/// A null counts as a missing key, so that a file may reset a choice of its base.
+/// @param defaults  values of missing options  @param notes  receives a sentence for each obsolete option
 /// @throws core::InvalidInput with file, line and field
 planning::PlannerOptions read_planner_options(const world::YamlNode& node, const world::Model& model,
                                               const planning::PlannerOptions& defaults = {}, std::vector<std::string>* notes = nullptr);
 
 enum class WhichOptions {
-  OfPlan,  ///< what a plan file has among its options
-  All      ///< seed and threads as well
+  OfPlan,  ///< the options listed in plan files
+  All      ///< also seed and threads
 };
 
 /// The same options as one JSON object (which is YAML) in the same spelling.

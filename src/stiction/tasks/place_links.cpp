@@ -99,8 +99,8 @@ class LinkPlacer {
     }
   }
 
-  /// Joints that a step would take out of their limits stay, and the others do the rest.
-  /// @param near  share of the way to the given joints that the step takes where the poses leave it free
+  /// Computes a step. Joints that would leave their limits stay, and the other joints do the rest.
+  /// @param near  share of the distance to the given joints that the step covers in the null space of the poses
   VectorXd calc_step(const VectorXd& q, double damping, double near) const {
     const int n = model_.n_a();
     std::vector<bool> held(static_cast<std::size_t>(n), false);
@@ -136,10 +136,10 @@ class LinkPlacer {
       linearise(at);
       const double error = std::max(at.position, at.angle);
       if (error < kDone && moved < 1e-4) break;
-      // Where the arm is all but stretched, long steps towards the given joints keep it from arriving, and at last any.
+      // If the arm is almost stretched, long steps towards the given joints prevent convergence. In the end they are switched off.
       const double near = k < kSteps / 10 ? 1.0 : k < 3 * kSteps / 4 ? 0.1 * kSteps / k : 0.0;
       VectorXd step = calc_step(at.q, std::max(kLeastDamping, 0.1 * std::min(error, 1.0)), near);
-      // Of a pose out of reach, steps as long as ever would swing around the stretched arm: they become shorter towards the end.
+      // If the pose is out of reach, long steps would swing the stretched arm around. Steps become shorter towards the end.
       const double longest = kLongest * std::min(1.0, 4.0 * (kSteps - k) / kSteps);
       if (const double most = step.cwiseAbs().maxCoeff(); most > longest) step *= longest / most;
       moved = step.cwiseAbs().maxCoeff();
@@ -151,7 +151,7 @@ class LinkPlacer {
     return at;
   }
 
-  /// Looks for overlaps of what the joints move.
+  /// Finds overlaps of the bodies that the joints move.
   void judge(PlacedLinks& at) {
     world::calc_kinematics(model_, at.q, work_, kinematics_);
     for (int i = 0; i < static_cast<int>(model_.pairs().size()); ++i) {

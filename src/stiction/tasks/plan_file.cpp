@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// So many nodes of a tree show how it grew.
+/// Largest number of stored tree nodes; enough to show how the tree grew.
 constexpr std::size_t kShownNodes = 2000;
 
 PoseNumbers rounded(const PoseNumbers& in, double unit) {
@@ -32,7 +32,7 @@ std::string now_utc() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
 }
 
-/// Bodies with geometry, in the order of the model, and where each is in that list (−1: no geometry).
+/// Bodies with geometry, in the order of the model, and the index of each body in that list (−1: no geometry).
 struct ShownBodies {
   std::vector<int> bodies;
   std::vector<int> place;
@@ -77,7 +77,7 @@ void add_scene(const world::Model& model, const ShownBodies& shown, const world:
   }
 }
 
-/// At most kShownNodes of them, evenly; the parent of one is the nearest ancestor that is kept.
+/// Thins the tree evenly to at most kShownNodes nodes. The parent of a node becomes its nearest kept ancestor.
 void add_tree(const std::vector<planning::TreeNode>& tree, PlanFile& out) {
   const std::size_t stride = (tree.size() + kShownNodes - 1) / kShownNodes;
   std::vector<int> kept(tree.size());  // of each node, itself or the nearest kept ancestor
@@ -91,7 +91,7 @@ void add_tree(const std::vector<planning::TreeNode>& tree, PlanFile& out) {
   }
 }
 
-/// Of a region what is nearest to the end of the plan.
+/// For a goal region: the goal in it that is nearest to the end of the plan.
 world::Pose goal_pose(const world::Model& model, const planning::Plan& plan) {
   if (!plan.goal.region) return plan.goal.X_WG;
   Eigen::VectorXd q = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
@@ -108,7 +108,7 @@ std::string spell_task_file(const Task& task, const fs::path& file) {
 
 namespace {
 
-/// The plan of a search; of one that could not make its first step, the start.
+/// The plan of a search; only the start if the search could not make its first step.
 planning::Plan plan_of(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result) {
   planning::Plan out = result.plan;
   if (out.q_start.size() > 0) return out;
@@ -132,7 +132,7 @@ void add_task(const Task& task, const fs::path& file, PlanFile& out) {
   out.options_from_command_line = task.options_from_command_line;
 }
 
-/// What the search came to, without its plan.
+/// The figures of the search, without its plan.
 void add_search(const planning::PlanResult& result, PlanFile& out) {
   out.status = result.status;
   out.seed = result.seed;

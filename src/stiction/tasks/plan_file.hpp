@@ -30,7 +30,7 @@ struct StoredKnot {
   Eigen::VectorXd u;                    ///< (n_a), exact
   Eigen::VectorXd q;                    ///< (n_q), exact
   std::vector<PoseNumbers> bodies;      ///< poses of the moving bodies, display
-  std::vector<StoredContact> contacts;  ///< active ones, display
+  std::vector<StoredContact> contacts;  ///< active contacts, display
 };
 
 struct StoredSegment {
@@ -47,13 +47,13 @@ struct StoredTreeNode {
 struct StoredObject {
   std::string name;
   world::ObjectJoint joint = world::ObjectJoint::Free;
-  int n_q = 7;  ///< numbers in q: 7 for a free object, else the number of its coordinates
+  int n_q = 7;  ///< numbers in q: 7 for a free object, otherwise the number of its coordinates
 };
 
 struct StoredBody {
   std::string name;
   world::BodyKind kind = world::BodyKind::Fixed;
-  std::optional<PoseNumbers> fixed_pose;  ///< of a body that does not move
+  std::optional<PoseNumbers> fixed_pose;  ///< pose of a fixed body
 };
 
 struct StoredGeometry {
@@ -64,11 +64,11 @@ struct StoredGeometry {
   double friction = 0;
 };
 
-/// A plan file in memory: what docs/plan_file.md describes, field by field.
+/// A plan file in memory, with the fields described in docs/plan_file.md.
 struct PlanFile {
   std::string code_version;
   std::string task_name, task_file;  ///< task_file: name in the data folder, or path relative to the folder of the plan file
-  std::string task_text;             ///< of a task made in memory; task_file is then the folder that its paths are relative to
+  std::string task_text;             ///< text of a task made in memory; task_file is then the folder of its relative paths
   bool task_builtin = false;
   std::string scene_sha256, scene_text;
   core::Status status = core::Status::NumericalFailure;
@@ -78,7 +78,7 @@ struct PlanFile {
   planning::RegraspCounts regrasps;
   double start_penetration = 0;  ///< [m]
   bool start_projected = false;
-  double wall_s = 0;  ///< of planning
+  double wall_s = 0;  ///< planning time
   int threads = 0;
   std::string created;  ///< ISO 8601, UTC
   dynamics::StepOptions step;
@@ -92,34 +92,34 @@ struct PlanFile {
   PoseNumbers goal_pose{};
   double tol_position = 0, tol_angle = 0;
   std::optional<planning::GoalRegion> region;      ///< of the goal (n_vu)
-  std::optional<planning::Bystanders> bystanders;  ///< of the goal; they stand where q_start has them
+  std::optional<planning::Bystanders> bystanders;  ///< bystanders of the goal; their positions are those in q_start
   bool start_from_command_line = false, goal_from_command_line = false, options_from_command_line = false;
   planning::GoalError error;
   std::vector<StoredSegment> segments;
-  std::vector<StoredTreeNode> tree;  ///< display; of a large tree an even choice of its nodes
-  std::string sha256;                ///< content_sha256 when it was made; empty: of an earlier version
+  std::vector<StoredTreeNode> tree;  ///< display; a large tree is thinned evenly
+  std::string sha256;                ///< content_sha256 at the time of writing; empty in files of earlier versions
 };
 
-/// What the file of a finished plan holds. @param file where it will be written; only to spell the path of the task
+/// Makes the plan file of a finished plan. @param file  future path of the file, used only to write the task's path relative to it
 PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
                         const std::filesystem::path& file);
 
-/// The plan in the file: commands and states exactly, forces left out. The file fits the model, see require_same_scene.
+/// Plan stored in the file, with exact commands and states and without forces. The file must fit the model, see require_same_scene.
 planning::Plan to_plan(const world::Model& model, const PlanFile& file);
 
-/// The search that the file tells of, with its plan: what make_plan_file() was given, without tree and records.
+/// Search result stored in the file, with its plan: the input of make_plan_file() without tree and records.
 planning::PlanResult to_result(const world::Model& model, const PlanFile& file);
 
-/// The options that the plan was made with. @param file  where the plan was read, for messages
+/// Planner options of the plan. @param file  path of the plan file, for messages
 planning::PlannerOptions options_of_plan(const world::Model& model, const PlanFile& plan, const std::filesystem::path& file);
 
-/// Where a plan file says that its task is: PlanFile::task_file. @param file  the plan file
+/// Path of the task that a plan file names (PlanFile::task_file). @param file  path of the plan file
 std::string spell_task_file(const Task& task, const std::filesystem::path& file);
 
 /// The text of the file; equal plans give equal texts. @throws core::InvalidInput when a number is not finite
 std::string to_text(const PlanFile& plan);
 
-/// SHA-256 of all of the text but the digest itself: what tells an edited file from a written one. It protects nothing: who edits may sign anew.
+/// SHA-256 of the whole text except the digest itself. It reveals accidental edits but gives no protection: an editor can compute it again.
 std::string content_sha256(const PlanFile& plan);
 
 /// The entries of `bodies` and `geometries`; equal ones give equal texts.
@@ -129,7 +129,7 @@ std::string to_text(const StoredGeometry& geometry);
 /// Writes under a temporary name in the same folder (made if missing) and renames. @throws core::InvalidInput: cannot be written
 void write_plan(const PlanFile& plan, const std::filesystem::path& file);
 
-/// Writes a text the same way.
+/// Writes a text in the same way as a plan file.
 void write_text(const std::string& text, const std::filesystem::path& file);
 
 /// Makes the folder of a plan file and proves that it can be written to. @throws core::InvalidInput naming the folder
@@ -141,7 +141,7 @@ void require_writable(const std::filesystem::path& dir);
 PlanFile read_plan(const std::filesystem::path& file);
 PlanFile parse_plan(const std::string& text, const std::filesystem::path& file);
 
-/// The task a plan file refers to. @throws core::InvalidInput: not found; its scene, joints, objects or geometries are not those of the file
+/// Loads the task of a plan file. @throws core::InvalidInput: not found; its scene, joints, objects or geometries differ from the file
 Task load_task_of_plan(const PlanFile& plan, const std::filesystem::path& file, std::span<const std::filesystem::path> data_dirs);
 void require_same_scene(const PlanFile& plan, const Task& task, const std::filesystem::path& file);
 

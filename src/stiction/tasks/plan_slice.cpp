@@ -27,7 +27,7 @@ PlanFile slice(const Task& task, const PlanFile& plan, std::size_t first, std::s
     const bool reached = out.error.position <= plan.tol_position && out.error.angle <= plan.tol_angle;
     out.status = reached ? core::Status::Solved : core::Status::MaxIterations;
   }
-  if (plan.sha256 == content_sha256(plan)) out.sha256 = content_sha256(out);  // what was edited stays so
+  if (plan.sha256 == content_sha256(plan)) out.sha256 = content_sha256(out);  // an edited plan stays marked as edited
   return out;
 }
 

@@ -6,7 +6,7 @@
 
 namespace stiction::tasks {
 
-/// With the quaternion whose w is not negative.
+/// Converts a pose, with the sign of the quaternion chosen so that w ≥ 0.
 inline PoseNumbers to_numbers(const world::Pose& X) {
   Eigen::Quaterniond r(X.R);
   if (r.w() < 0) r.coeffs() *= -1;

@@ -36,7 +36,7 @@ void read_into(const YamlNode& node, std::string_view key, T& out) {
   }
 }
 
-/// How one number a joint is given: a list in the order of u, or a map by name, where joints that are left out have `rest`.
+/// Reads one number per joint: a list in the order of u, or a map by name, in which missing joints have the value `rest`.
 Eigen::VectorXd read_joints(const YamlNode& node, const Model& model, const Eigen::VectorXd& rest) {
   if (node.is_sequence()) return node.vector(model.n_a());
   Eigen::VectorXd out = rest;
@@ -189,8 +189,8 @@ void read_torque_model(const YamlNode& node, Scenario& out) {
   }
 }
 
-/// A contact by its link, a point in its frame, moved to the nearest of its surface, and a force on the robot: a vector in W, or how hard the
-/// surface is pushed along its normal.
+/// A contact by its link, a point in its frame, moved to the nearest of its surface, and a force on the robot: a vector in W, or how hard
+/// the surface is pushed along its normal.
 ContactPoint read_contact(const YamlNode& node, const Sensor& sensor, const FrictionCone& cone, const Eigen::VectorXd& q) {
   ContactPoint out;
   const YamlNode link = node.at("link");
@@ -277,7 +277,7 @@ void read_pushes(const YamlNode& poke, Scenario& out) {
   }
 }
 
-/// A simulated robot that is pushed.
+/// Reads a simulated robot that is pushed.
 void read_poke(const YamlNode& top, const YamlNode& node, Scenario& out) {
   for (const char* key : {"torques", "contact", "contacts", "series"})
     if (top.has(key)) top.at(key).fail(fmt::format("'{}' beside 'poke'", key), "one of the two");
@@ -334,7 +334,7 @@ void read_measurement(const YamlNode& top, Scenario& out) {
   out.series = {{0.0}, joints, tau};
 }
 
-/// @param field  what stands before the field of an option in a message
+/// @param field  prefix of an option's field in messages
 Scenario read_scenario(const YamlNode& top, const std::string& field, const std::string& name,
                        std::span<const std::filesystem::path> package_dirs) {
   top.require_map({"name", "description", "scene", "sensing", "joints", "torques", "contact", "contacts", "base_wrench", "series", "poke"});

@@ -34,7 +34,7 @@ class Solver {
 
   void run(const RunControl& control, SolveResult& out) {
     const int counted = pool_.run_until(options_.tries, [&](int k, int, const Turn& turn) {
-      if (k > 0 && control.stop()) return options_.tries;  // the first says at least why there is no plan
+      if (k > 0 && control.stop()) return options_.tries;  // the first try at least gives the reason why there is no plan
       RunControl own = control;
       own.abandoned = [&turn, &control] { return turn.over() || (control.abandoned && control.abandoned()); };
       SolveTry next = attempt(options_.seed + static_cast<std::uint64_t>(k), own, turn);
@@ -54,7 +54,7 @@ class Solver {
     out.seed = seed;
     planning::PlannerOptions options = task_.options;
     options.seed = seed;
-    options.threads = std::max(1, pool_.size() / options_.tries);  // the plan does not depend on it
+    options.threads = std::max(1, pool_.size() / options_.tries);  // the plan does not depend on the number of threads
     RunControl planning = control;
     planning.on_progress = [&](const core::Progress& progress) { tell(seed, SolveStage::Plan, progress); };
     out.result.status = planning::plan(task_.problem, options, planning, out.result);
@@ -91,7 +91,7 @@ class Solver {
     };
     out.runs.resize(1);
     run(0);
-    if (out.runs[0].reached) {  // most that miss do so here
+    if (out.runs[0].reached) {  // most failing plans miss the goal in this first run
       const int n = static_cast<int>(plants_.size());
       out.runs.resize(plants_.size());
       const auto body = [&](int k, int, const Turn&) {
@@ -127,7 +127,7 @@ class Solver {
   const SolveOptions& options_;
   core::ThreadPool pool_;
   std::vector<std::shared_ptr<const simulation::Plant>> plants_;
-  std::mutex mutex_;  ///< of what follows, and of the callbacks
+  std::mutex mutex_;  ///< protects the members below, and the callbacks
   std::map<int, SolveTry> tries_;
   SolveTry best_;
 };

@@ -181,7 +181,7 @@ int find_link(const YamlNode& entry, const std::string& name, const Model& model
   return found[0];
 }
 
-/// Joints with which links are where they are said to be, nearest to those of q.
+/// Finds joint positions that bring links to their given poses, nearest to those of q.
 void read_poses(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
   std::vector<LinkTarget> targets;
   std::string names;

@@ -41,7 +41,7 @@ bool names_a_file(const std::string& text) {
   return text.find('/') != std::string::npos || text.ends_with(".yaml") || text.ends_with(".yml");
 }
 
-/// The joints of the start are those of the robots at rest.
+/// The start's joint positions become the rest positions of the robots.
 std::shared_ptr<const Model> make_model(world::Scene scene, const YamlNode& start) {
   if (const auto joints = start.find("joints"); joints && joints->is_sequence()) {
     try {
@@ -70,7 +70,7 @@ Eigen::VectorXd read_start_of(std::shared_ptr<const Model>& model, const YamlNod
   return q;
 }
 
-/// What is wrong with one section does not hide what is wrong with the next.
+/// A fault in one section does not hide faults in the next section.
 Task read_task(const YamlNode& root, std::string name) {
   root.require_map();
   Task task;

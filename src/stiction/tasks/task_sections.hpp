@@ -26,13 +26,13 @@ void read_bystanders(const world::YamlNode& node, const world::Model& model, pla
 void read_tolerance(const world::YamlNode& node, planning::Goal& goal);
 
 Eigen::Matrix3d rotation_of_rpy(const Eigen::Vector3d& rpy);
-/// Of `quaternion_wxyz` or `rpy`; the identity where there is neither.
+/// Rotation from `quaternion_wxyz` or `rpy`; the identity if neither is given.
 Eigen::Quaterniond read_rotation(const world::YamlNode& pose);
 /// Writes the pose of one object, as a start or goal section gives it, into q.
 void read_object_pose(const world::YamlNode& node, const world::Model& model, int object, Eigen::VectorXd& q);
 int find_object(const world::YamlNode& entry, const std::string& name, const world::Model& model);
 bool is_free(const world::Model& model, int object);
-/// Of hinges and sliders: x is inside the limits of the object.
+/// Checks that the coordinate x of a hinge or slider is inside the limits of the object.
 void require_in_limits(const world::YamlNode& node, const world::Model& model, int object, double x, std::string_view what);
 
 }  // namespace stiction::tasks

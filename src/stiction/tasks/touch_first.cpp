@@ -8,7 +8,7 @@ namespace stiction::tasks {
 
 namespace {
 
-/// A goal of objects that stand on what was felt goes with it.
+/// Moves the goal of objects whose support was felt elsewhere together with this support.
 void move_goal(const execution::TouchScenario& scenario, const world::Model& felt, Task& task) {
   planning::Goal& goal = task.problem.goal;
   Eigen::VectorXd before = task.problem.q_goal, after = before;
@@ -27,7 +27,7 @@ void move_goal(const execution::TouchScenario& scenario, const world::Model& fel
   task.goal_from_command_line = true;
 }
 
-/// Of a scenario without moves: the world in which things are not where they are thought to be, and nothing is felt of that.
+/// Result of a scenario without moves: the world differs from the assumed one, and nothing is felt of that.
 void feel_nothing(const execution::TouchScenario& scenario, std::uint64_t seed, execution::GuardedRunResult& out) {
   out = {};
   out.world = execution::make_world(scenario, seed);

@@ -9,18 +9,18 @@
 
 namespace stiction::tasks {
 
-/// What a YAML file says of an arm that goes to a posture among things that it does not know (keys: scenarios/README.md).
+/// Reads a touch scenario from a YAML file: an arm that moves to a posture among unknown obstacles (keys: scenarios/README.md).
 /// @throws core::InvalidInput "FILE:LINE: field: got …, expected …": unknown keys, a goal outside joint limits, a name that is taken, …
 execution::TouchScenario load_touch_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs = {});
 
-/// A scenario in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
+/// Reads a scenario from memory. @param text  content of a file (YAML or JSON)  @param folder  base folder of its relative paths
 /// @throws core::InvalidInput "field: got …, expected …"
 execution::TouchScenario parse_touch_scenario(const std::string& text, const std::filesystem::path& folder,
                                               std::span<const std::filesystem::path> package_dirs = {});
 
-/// A scenario that a run of a task begins with (touch_first.hpp): in its scene and from its start, whichever task the file names. The
-/// moves may be left out: the run then goes by what is not right.
-/// @throws core::InvalidInput: as above, a file with a scene of its own
+/// Reads a scenario that precedes a run of a task (touch_first.hpp). It uses the scene and start of this task, whichever task the file
+/// names. The file may have no moves; the run then uses the uncorrected, wrong positions.
+/// @throws core::InvalidInput: as above; a file with its own scene
 execution::TouchScenario load_touch_scenario(const std::filesystem::path& file, const Task& task);
 
 }  // namespace stiction::tasks
