@@ -96,7 +96,7 @@ void print_summary(std::FILE* to, const tasks::Task& task, const OptimizeResult&
       fmt::format("{:.4g} after {} iterations, {:.4g} at the start", r.cost.total(), r.history.size() - 1, r.history[0].cost.total()));
   row("parts of the cost", fmt::format("objects {:.4g} on the way, {:.4g} at the end; robots {:.4g}; input {:.4g}", r.cost.objects,
                                        r.cost.objects_final, r.cost.robots + r.cost.robots_final, r.cost.input));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * plan.plan.error.position,
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * plan.plan.error.position,
                                        1e3 * plan.plan.goal.tol_position, plan.plan.error.angle, plan.plan.goal.tol_angle));
   row("work", fmt::format("{} simulation steps, {} local models", r.steps, r.linearisations));
   row("plan", file.string());

@@ -71,7 +71,7 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   say(to, "{}, seed {}: {}\n", task.name, r.seed, r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position,
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.plan.error.position,
                                        1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));
   row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
   if (counts.unstable > 0)

@@ -40,8 +40,8 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResul
   if (r.rest_planned_anew > 0) row("rest of the plan", fmt::format("planned again, with {} searches", r.rest_planned_anew));
   row("time step", fmt::format("{:.3g} s", r.plan.step.h));
   row("regrasp clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * plan.tol_position,
-                                       r.plan.error.angle, plan.tol_angle));
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.plan.error.position,
+                                       1e3 * plan.tol_position, r.plan.error.angle, plan.tol_angle));
   row("execution", fmt::format("{:.1f} s at {}", trajectory.duration(), describe_speed(trajectory.speed)));
   row("plan", file.string());
 }

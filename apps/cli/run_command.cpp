@@ -280,8 +280,8 @@ void print_summary(std::FILE* to, const Given& given, const execution::RunResult
   double thought = 0;
   for (const auto& plan : r.plans) thought += plan.clock_s;
   row("time", fmt::format("{:.2f} s simulated, of which the planner took {:.2f} s", r.duration_s, thought));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * goal.tol_position,
-                                       r.error.angle, goal.tol_angle));
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.error.position,
+                                       1e3 * goal.tol_position, r.error.angle, goal.tol_angle));
   row("executed", fmt::format("{} pushes, {} regrasps", out["pushes"].get<long>(), out["regrasps"].get<long>()));
   const auto joined = std::count_if(r.plans.begin(), r.plans.end(), [](const auto& plan) { return plan.joined; });
   row("plans", fmt::format("{}, of which {} are replans and {} continue the plan before", r.plans.size(), r.replans, joined));

@@ -113,8 +113,8 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const world::Mode
       fmt::format("{:.1f} s{} simulated in {:.2f} s", r.duration_s,
                   r.dropped && !r.pieces.empty() ? fmt::format(" of {:.1f} s", r.pieces.back().end_s + options.hold) : "", r.wall_s));
   row("speed", describe_speed(options.speed));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * plan.tol_position,
-                                       r.error.angle, plan.tol_angle));
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.error.position,
+                                       1e3 * plan.tol_position, r.error.angle, plan.tol_angle));
   row("deepest penetration", fmt::format("{:.3f} mm", 1e3 * r.max_depth));
   row("dropped",
       r.dropped ? fmt::format("{} after {:.2f} s", model.objects()[static_cast<std::size_t>(*r.dropped)].name, r.dropped_s) : "nothing");
