@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
   std::error_code error;
   if (!fs::is_regular_file(program, error))
     throw InstallationFault(
-        fmt::format("bench: got no program {}, which a wheel does not carry; `make bench` in a clone of the repository "
+        fmt::format("bench: cannot find the program {}, which is missing in a wheel; `make bench` in a clone of the repository "
                     "builds and starts it",
                     program.string()));
   words.insert(words.begin(), program.string());

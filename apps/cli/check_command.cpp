@@ -61,28 +61,28 @@ nlohmann::ordered_json tube_json(const tasks::PlanFile& plan, const execution::T
 std::string_view verdict_of(const execution::TubeResult& tube) {
   if (tube.status != core::Status::Solved) return core::to_string(tube.status);
   if (tube.inside) return "yes";
-  return tube.calibrated ? "no" : "no (in scenes that are not planar runs often leave such a bound)";
+  return tube.calibrated ? "no" : "no (in scenes that are not planar, runs often leave this bound)";
 }
 
 void print_tube(std::FILE* to, const tasks::PlanFile& plan, const execution::TubeOptions& options, const execution::TubeResult& tube) {
   const execution::ErrorSets& errors = options.errors;
-  say(to, "where the object is at every rest, from {} worlds in {:.3f} s:\n", options.scenarios, tube.wall_s);
-  say(to, "  start off by up to {:g} mm and {:g}°, friction by {:g} %, masses by {:g} %, contacts by {:g} % of the object's size\n",
+  say(to, "pose of the object at the end of each push and regrasp, from {} random worlds in {:.3f} s:\n", options.scenarios, tube.wall_s);
+  say(to, "  largest errors: start {:g} mm and {:g}°, friction {:g} %, masses {:g} %, gaps of contacts {:g} % of the object's size\n",
       1e3 * errors.position, errors.angle / kDegree, 1e2 * errors.friction, 1e2 * errors.mass, 1e2 * errors.contact);
-  say(to, "  {:4} {:8} {:>8}   {:>21}   {:>21}\n", "rest", "", "segment", "from the plan mm, °", "around that mm, °");
+  say(to, "  {:4} {:8} {:>8}   {:>21}   {:>21}\n", "", "end of", "segment", "mean off plan mm, °", "radius mm, °");
   for (std::size_t i = 0; i < tube.rests.size(); ++i) {
     const auto& rest = tube.rests[i];
     say(to, "  {:4} {:8} {:8}   {:12.2f} {:8.2f}   {:12.2f} {:8.2f}\n", i, rest.kind == planning::SegmentKind::Contact ? "push" : "regrasp",
         rest.last_segment, 1e3 * rest.offset.position, rest.offset.angle / kDegree, 1e3 * rest.position, rest.angle / kDegree);
   }
-  if (tube.lost > 0) say(to, "  {} worlds were lost: a step had no solution\n", tube.lost);
+  if (tube.lost > 0) say(to, "  there is no bound: in {} worlds a step has no solution\n", tube.lost);
   if (tube.status == core::Status::Solved) {
-    say(to, "  at the goal within {:.2f} mm of {:g}, {:.2f}° of {:.2f}\n", 1e3 * tube.goal.position, 1e3 * plan.tol_position,
-        tube.goal.angle / kDegree, plan.tol_angle / kDegree);
+    say(to, "  distance from the goal: at most {:.2f} mm (tolerance {:g}), {:.2f}° (tolerance {:.2f})\n", 1e3 * tube.goal.position,
+        1e3 * plan.tol_position, tube.goal.angle / kDegree, plan.tol_angle / kDegree);
   }
   say(to, "  inside the goal's tolerance: {}\n", verdict_of(tube));
-  say(to, "  radii are {:g} (position) and {:g} (angle) times those of the worlds, from {}\n", options.factors.position,
-      options.factors.angle, execution::kTubeFactorsMadeBy);
+  say(to, "  each radius is the spread of the worlds times {:g} (position) or {:g} (angle); these factors are from {}\n",
+      options.factors.position, options.factors.angle, execution::kTubeFactorsMadeBy);
 }
 
 void print_report(std::FILE* to, const tasks::PlanFile& plan, const tasks::CheckReport& report, std::string_view verdict) {
@@ -96,10 +96,10 @@ void print_report(std::FILE* to, const tasks::PlanFile& plan, const tasks::Check
                     : "FAIL",
         item.name, item.value, limit, item.unit, item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
   }
-  if (plan.start_from_command_line) say(to, "  the start is a given one, not that of the task\n");
-  if (plan.goal_from_command_line) say(to, "  the goal is one of the command line, not that of the task\n");
-  if (plan.options_from_command_line) say(to, "  the options are given ones, not those of the task\n");
-  say(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
+  if (plan.start_from_command_line) say(to, "  the start was given by the caller, not by the task\n");
+  if (plan.goal_from_command_line) say(to, "  the goal was given by the caller, not by the task\n");
+  if (plan.options_from_command_line) say(to, "  the options were given by the caller, not by the task\n");
+  say(to, "  contacts with a force below {:.3g} N are not checked\n", report.threshold_N);
 }
 
 nlohmann::ordered_json report_json(const tasks::PlanFile& plan, const tasks::CheckReport& report, std::string_view verdict) {
@@ -164,15 +164,18 @@ int run_check(const CheckArguments& arguments) {
 void add_tube(CLI::App& command, CheckArguments& a) {
   CLI::Option* const tube = command.add_flag(
       "--tube", a.tube,
-      "Also bound where the object is at every rest of a run without feedback, and say whether it ends within the goal's tolerance");
+      "Also bound the object's pose at the end of each push and regrasp of a run without feedback, and say whether the object ends within "
+      "the tolerance of its goal");
   execution::ErrorSets& errors = a.tubes.errors;
   for (CLI::Option* option : {
-           add_number(command, "--start-error", errors.position, "By which objects are off at the start at most [m]", Bound::NonNegative),
-           add_number(command, "--start-turn", errors.angle, "By which objects are turned at the start at most [rad]", Bound::NonNegative),
-           add_number(command, "--friction-error", errors.friction, "Share by which every coefficient of friction is off at most",
+           add_number(command, "--start-error", errors.position, "Largest position error of an object at the start [m]",
                       Bound::NonNegative),
-           add_number(command, "--mass-error", errors.mass, "Share by which every mass is off at most", Bound::NonNegative),
-           add_integer(command, "--worlds", a.tubes.scenarios, "Worlds that are drawn from these sets", {1, 10000}),
+           add_number(command, "--start-turn", errors.angle, "Largest angle error of an object at the start [rad]", Bound::NonNegative),
+           add_number(command, "--friction-error", errors.friction,
+                      "Largest relative error of the coefficients of friction, the same for all of them", Bound::NonNegative),
+           add_number(command, "--mass-error", errors.mass, "Largest relative error of the masses of objects, the same for all of them",
+                      Bound::NonNegative),
+           add_integer(command, "--worlds", a.tubes.scenarios, "Number of random worlds that are drawn within these errors", {1, 10000}),
        })
     option->needs(tube);
 }

@@ -18,7 +18,7 @@ void add_seed(CLI::App& command, std::optional<std::uint64_t>& seed, const std::
 }
 
 void add_threads(CLI::App& command, std::optional<int>& threads) {
-  add_integer(command, "--threads", threads, "Threads, 0 = all cores; the result does not depend on it", {0, 1024});
+  add_integer(command, "--threads", threads, "Number of threads, 0 for all cores; the result does not depend on it", {0, 1024});
 }
 
 void add_timeout(CLI::App& command, double& timeout_s, const std::string& meaning) {
@@ -27,17 +27,22 @@ void add_timeout(CLI::App& command, double& timeout_s, const std::string& meanin
 
 void add_goal(CLI::App& command, std::string& goal) {
   command
-      .add_option("--goal", goal,
-                  "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates; ~ for any value")
+      .add_option(
+          "--goal", goal,
+          "Goal pose, instead of the goal of the task: \"x y z roll pitch yaw\" [m, rad] for a free object, else the coordinates of its "
+          "joints; ~ leaves a coordinate open")
       ->expected(1);
 }
 
 void add_scheme(CLI::App& command, std::string& scheme) {
-  command.add_option("--scheme", scheme, "Local models: exact, analytic, randomized-first, randomized-zeroth");
+  command.add_option(
+      "--scheme", scheme,
+      "Scheme of the local models of the dynamics: exact, analytic, randomized-first or randomized-zeroth (default: as in the task)");
 }
 
 void add_speed(CLI::App& command, double& speed) {
-  add_number(command, "--speed", speed, "Speed, times that which follows from object and motors; above 1 of pushes alone", Bound::Positive);
+  add_number(command, "--speed", speed,
+             "Factor on the full speed that follows from the object and the motors; above 1 only pushes are faster", Bound::Positive);
 }
 
 void add_out(CLI::App& command, std::string& dir, const std::string& what) { command.add_option("-o,--out", dir, what); }

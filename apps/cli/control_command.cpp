@@ -85,22 +85,25 @@ void print_summary(std::FILE* to, const execution::ControlScenario& scenario, co
       : passes                   ? "forces bounded"
                                  : "forces above their bound");
   if (!r.message.empty()) row("simulation", r.message);
-  row("bound", fmt::format("{:.1f} N", scenario.controller.lambda_max));
-  row("impact", fmt::format("{:.1f} N at most", r.peak_force));
-  row("settled force", fmt::format("{:.1f} N at most, {:.1f} N in the mean", r.settled_peak, r.mean_force));
+  row("force bound", fmt::format("{:.1f} N", scenario.controller.lambda_max));
+  row("largest force", fmt::format("{:.1f} N, impacts included", r.peak_force));
+  row("settled force", fmt::format("at most {:.1f} N, mean {:.1f} N", r.settled_peak, r.mean_force));
   if (r.bounded_ticks > 0)
-    row("at the bound", fmt::format("{:.2f} s, off by {:.2f} N in the mean, 95 % below {:.1f} N", r.bounded_ticks * scenario.period,
-                                    r.bound_error, r.bound_p95));
-  if (r.above_ticks > 0) row("above 1.2 of it", fmt::format("{} of {} settled ticks", r.above_ticks, r.settled_ticks));
-  row("fastest rise", fmt::format("{:.1f} N in a tick, {:.1f} N of it by the command", r.peak_rise, r.commanded_rise));
+    row("at the bound", fmt::format("for {:.2f} s, mean error {:.2f} N, 95th percentile of the force {:.1f} N",
+                                    r.bounded_ticks * scenario.period, r.bound_error, r.bound_p95));
+  if (r.above_ticks > 0)
+    row("above 1.2 × bound", fmt::format("in {} of {} control periods with a settled contact", r.above_ticks, r.settled_ticks));
+  row("fastest rise", fmt::format("{:.1f} N in one control period, of which the command causes {:.1f} N", r.peak_rise, r.commanded_rise));
   row("fastest fall", fmt::format("{:.0f} N/s", r.peak_force_rate));
   row("contacts made", fmt::format("{}", r.makes));
   const char* unit = scenario.tool >= 0 ? "mm" : "mrad";
-  row("tracking error", fmt::format("{:.1f} {} rms in contact, {:.1f} free", 1e3 * r.rms_error_contact, unit, 1e3 * r.rms_error_free));
-  row("gave way", fmt::format("{} of {} ticks, {} not solved", r.slack_ticks, r.samples.size(), r.unsolved_ticks));
+  row("tracking error", fmt::format("{:.1f} {} rms in contact, {:.1f} {} rms without contact", 1e3 * r.rms_error_contact, unit,
+                                    1e3 * r.rms_error_free, unit));
+  row("bound relaxed",
+      fmt::format("in {} of {} control periods; {} without a solution", r.slack_ticks, r.samples.size(), r.unsolved_ticks));
   if (scenario.contacts == execution::ContactSource::Estimated)
-    row("contacts", fmt::format("from torques: {:.2f} ms, 99 % below {:.2f} ms", 1e3 * r.sense_median_s, 1e3 * r.sense_p99_s));
-  row("tick", fmt::format("{:.1f} us, 99 % below {:.1f} us", 1e6 * r.tick_median_s, 1e6 * r.tick_p99_s));
+    row("time per estimate", fmt::format("median {:.2f} ms, 99th percentile {:.2f} ms", 1e3 * r.sense_median_s, 1e3 * r.sense_p99_s));
+  row("time per command", fmt::format("median {:.1f} us, 99th percentile {:.1f} us", 1e6 * r.tick_median_s, 1e6 * r.tick_p99_s));
 }
 
 json report(const execution::ControlScenario& scenario, const execution::ControlRunResult& r, bool passes) {
@@ -177,24 +180,29 @@ Run declare_control(CLI::App& command) {
   command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
   std::vector<std::string> laws;
   for (const auto& [name, value] : kLaws) laws.emplace_back(name);
-  command.add_option("--law", a.law, "What computes the command (default: as the scenario says)")->check(CLI::IsMember(laws));
-  add_number(command, "--lambda-max", a.lambda_max, "Bound of every contact force [N] (default: as the scenario says)", Bound::Positive);
-  add_number(command, "--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
+  command.add_option("--law", a.law, "Control law that computes the command (default: as in the scenario)")->check(CLI::IsMember(laws));
+  add_number(command, "--lambda-max", a.lambda_max, "Bound on the force of each contact [N] (default: as in the scenario)",
+             Bound::Positive);
+  add_number(command, "--friction", a.friction_scale, "Factor on every coefficient of friction in the simulation", Bound::NonNegative);
   command
-      .add_option(
-          "--contacts", a.contacts,
-          "What the controller is told of contacts: those of the simulation, or what joint torques show (default: as the scenario says)")
+      .add_option("--contacts", a.contacts,
+                  "Source of the contacts for the controller: true from the simulation, or estimated from joint torques (default: as in "
+                  "the scenario)")
       ->check(CLI::IsMember({"true", "estimated"}));
-  add_number(command, "--delay", a.delay_s, "Age of what the controller is told of contacts [s] (default: as the scenario says)",
+  add_number(command, "--delay", a.delay_s, "Age of the contact data when the controller receives them [s] (default: as in the scenario)",
              Bound::NonNegative);
-  add_number(command, "--period", a.period_s, "Between two commands [s] (default: as the scenario says)", Bound::Positive);
-  add_seed(command, a.seed, "Of the noise of joint torques (default: as the scenario says)");
-  add_number(command, "--tolerance", a.tolerance, "95 % of settled forces at the bound may exceed it by this share of it",
+  add_number(command, "--period", a.period_s, "Time between two commands [s] (default: as in the scenario)", Bound::Positive);
+  add_seed(command, a.seed, "Seed of the noise of joint torques (default: as in the scenario)");
+  add_number(
+      command, "--tolerance", a.tolerance,
+      "Share of the bound by which settled contact forces may exceed the bound. The 95th percentile of forces at the bound is judged, or "
+      "the largest settled force if no force reaches its bound",
+      Bound::NonNegative);
+  add_number(command, "--settle", a.settle_s, "Time from the start of a contact until its force counts as settled and is judged [s]",
              Bound::NonNegative);
-  add_number(command, "--settle", a.settle_s, "Forces are judged from this long after a contact is made [s]", Bound::NonNegative);
   add_timeout(command, a.timeout_s);
-  add_out(command, a.out_dir, "Folder for control.csv, a line a tick (default: not written)");
-  command.add_option("--html", a.html, "Write a page to look at: the arm over time, contact forces, errors and torques");
+  add_out(command, a.out_dir, "Folder for control.csv, with one line per control period (default: no file)");
+  command.add_option("--html", a.html, "HTML page to write, with the motion of the arm, contact forces, errors and torques over time");
   add_json(command, a.json);
   return [arguments] { return run_control_command(*arguments); };
 }

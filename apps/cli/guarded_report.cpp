@@ -60,18 +60,19 @@ void print_moves(std::FILE* to, const TouchScenario& scenario, const GuardedRunR
     print_row(to, move.name,
               fmt::format("{}, {:.1f} mm in {:.2f} s", to_string(move.outcome), 1e3 * move.travelled, move.end - move.begin));
     for (const execution::FeltContact& felt : move.felt) {
-      say(to, "    {} ({:.0f} %) at ({:.3f} {:.3f} {:.3f}) m, pushed to ({:.2f} {:.2f} {:.2f}) with {:.1f} N\n",
+      say(to, "    contact on {} ({:.0f} %) at ({:.3f} {:.3f} {:.3f}) m, force on the arm {:.1f} N along ({:.2f} {:.2f} {:.2f})\n",
           scenario.arm.model->bodies()[static_cast<std::size_t>(felt.body)].name, 100 * felt.probability, felt.p_W.x(), felt.p_W.y(),
-          felt.p_W.z(), felt.direction_W.x(), felt.direction_W.y(), felt.direction_W.z(), felt.force);
-      say(to, "    noticed after {:.0f} ms, told after {:.2f} s\n", 1e3 * (felt.alarm - move.contact), felt.time - move.contact);
+          felt.p_W.z(), felt.force, felt.direction_W.x(), felt.direction_W.y(), felt.direction_W.z());
+      say(to, "    detected after {:.0f} ms, reported after {:.2f} s\n", 1e3 * (felt.alarm - move.contact), felt.time - move.contact);
     }
     if (move.peak > 0)
-      say(to, "    impact {:.1f} N, later {:.1f} N at most, {:.2f} N at the end\n", move.peak, move.late_peak, move.last_force);
+      say(to, "    largest force {:.1f} N, from 0.1 s after the contact on {:.1f} N, at the end {:.2f} N\n", move.peak, move.late_peak,
+          move.last_force);
     if (move.correction)
-      say(to, "    {} moved by {:.1f} mm, then {:.2f} mm off\n", scenario.moves[static_cast<std::size_t>(&move - r.moves.data())].correct,
-          1e3 * *move.correction, 1e3 * *move.correction_error);
+      say(to, "    {} moved by {:.1f} mm in the model; remaining error {:.2f} mm\n",
+          scenario.moves[static_cast<std::size_t>(&move - r.moves.data())].correct, 1e3 * *move.correction, 1e3 * *move.correction_error);
   }
-  print_row(to, "took", fmt::format("{:.1f} s", static_cast<double>(r.run.samples.size()) * scenario.arm.period));
+  print_row(to, "duration", fmt::format("{:.1f} s simulated", static_cast<double>(r.run.samples.size()) * scenario.arm.period));
 }
 
 namespace {

@@ -61,7 +61,7 @@ int run_import(const ImportArguments& arguments) {
   written << text;
   written.close();
   if (!written) core::throw_invalid("-o", fmt::format("'{}', which cannot be written", out.string()), "a file in a folder that is there");
-  say(stdout, "{}: edit its goal, then `stiction lint {}` and `stiction plan {}`\n", out.string(), out.string(), out.string());
+  say(stdout, "wrote {}: edit its goal, then run `stiction lint {}` and `stiction plan {}`\n", out.string(), out.string(), out.string());
   return kDone;
 }
 
@@ -70,10 +70,11 @@ int run_import(const ImportArguments& arguments) {
 Run declare_import(CLI::App& command) {
   const auto arguments = std::make_shared<ImportArguments>();
   command
-      .add_option("file", arguments->file, "MJCF, URDF or SDF file with a robot and objects; of an SDF the MJCF is written beside the task")
+      .add_option("file", arguments->file,
+                  "MJCF, URDF or SDF file with a robot and objects; an SDF file is converted to an MJCF file beside the task")
       ->required();
-  command.add_option("-o,--out", arguments->out, "Task file to write; without it the task goes to stdout");
-  command.add_option("--object", arguments->object, "Object that the goal moves; left out: the first one");
+  command.add_option("-o,--out", arguments->out, "Task file to write (default: print the task on stdout)");
+  command.add_option("--object", arguments->object, "Name of the object that the goal moves (default: the first object)");
   return [arguments] { return run_import(*arguments); };
 }
 

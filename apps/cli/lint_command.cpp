@@ -20,7 +20,8 @@ int run_lint(const LintArguments& arguments) {
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
   const auto findings = tasks::lint(task);
   std::FILE* const to = people(arguments.json);
-  say(to, "{}: {}\n", task.name, findings.empty() ? "nothing found" : fmt::format("{} found", findings.size()));
+  say(to, "{}: {}\n", task.name,
+      findings.empty() ? "nothing found" : fmt::format("{} finding{}", findings.size(), findings.size() == 1 ? "" : "s"));
   for (const auto& finding : findings) say(to, "  {:12} {}\n", finding.kind, finding.message);
   if (arguments.json) {
     nlohmann::ordered_json out;

@@ -21,42 +21,53 @@ struct Command {
 };
 
 constexpr Command kCommands[] = {
-    {"tasks", "Built-in tasks with their sizes", app::declare_tasks},
-    {"import", "Writes a task for a scene that is in one MJCF, URDF or SDF file: its robot, its objects, a start and a goal to edit",
+    {"tasks", "Lists the built-in tasks with their sizes", app::declare_tasks},
+    {"import", "Writes a task for the scene of an MJCF, URDF or SDF file, with its robot and objects, a start, and a goal to edit",
      app::declare_import},
-    {"lint", "Looks at a task without planning it: overlaps, units, what holds and reaches the object", app::declare_lint},
+    {"lint", "Names likely mistakes of a task without planning it: overlaps, wrong units, objects and goals that nothing holds or reaches",
+     app::declare_lint},
     {"plan", "Plans a task and writes the plan file", app::declare_plan},
     {"optimize", "Optimises a trajectory for a task (iMPC) and writes it as a plan", app::declare_optimize},
-    {"check", "Re-simulates a plan at half its sub-step and judges it", app::declare_check},
-    {"simulate", "Runs a plan open loop in MuJoCo and compares it with what the plan says", app::declare_simulate},
-    {"refine", "Shortens a plan and gives its regrasps room; writes a new plan and timed commands", app::declare_refine},
-    {"solve", "Plans, refines and simulates, seed after seed, until a plan reaches its goal in MuJoCo", app::declare_solve},
-    {"run", "Brings an object to its goal in MuJoCo at real speed: carries plans out, and plans anew where they fail", app::declare_run},
-    {"sense", "Says where a robot is touched, from joint angles and external torques", app::declare_sense},
+    {"check", "Simulates a plan again in half steps, and accepts it or names the limit that it exceeds", app::declare_check},
+    {"simulate", "Executes a plan open loop in MuJoCo, and compares the motion with the planned motion", app::declare_simulate},
+    {"refine", "Makes a plan shorter, with more clearance in its regrasps; writes a new plan and timed commands", app::declare_refine},
+    {"solve", "Plans, refines and simulates with one seed after another, until a plan reaches its goal in MuJoCo", app::declare_solve},
+    {"run", "Moves an object to its goal in closed loop in MuJoCo at real speed, and plans again when a plan fails", app::declare_run},
+    {"sense", "Finds where a robot is touched, from joint angles and external joint torques", app::declare_sense},
     {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
-    {"export", "Writes a plan over time for other programs: CSV, NumPy, JSON, MCAP of ROS 2 messages, LeRobot", app::declare_python},
-    {"stream", "Sends a plan, or a closed-loop run as it happens, to Foxglove or rerun: poses, meshes, joints, commands, contacts",
+    {"export", "Writes the motion of a plan over time for other programs: CSV, NumPy, JSON, MCAP with ROS 2 messages, LeRobot",
      app::declare_python},
-    {"sweep", "Plans, checks and simulates many times, on all cores or a cluster: a table with a row per run", app::declare_python},
-    {"benchmark", "Plans, checks and runs tasks on scenes of other packages with one set of settings: a table and a page",
+    {"stream", "Shows a plan, or a closed-loop run as it happens, in Foxglove or rerun: poses, meshes, joints, commands, contacts",
      app::declare_python},
-    {"grasps", "Writes states in which the robot holds the object at rest, with how much friction each can lose: starts for learners",
+    {"sweep", "Plans, checks and simulates many times, on all cores or a cluster, and writes a table with one row per run",
      app::declare_python},
-    {"repair", "Makes a demonstration, which may break contact laws, into a plan of the contact model, and says what had to change",
+    {"benchmark", "Plans, checks and runs tasks in scenes of other packages with the same settings for all; writes a table and a page",
      app::declare_python},
-    {"report", "Packs a problem for those who are to look at it: task, seed, version, log, without paths or names", app::declare_python},
-    {"studio", "Opens tasks in the browser: pose, plan, scrub, compare, export", app::declare_studio},
-    {"control", "Runs an arm with bounded contact forces against what its reference does not know", app::declare_control},
-    {"touch", "Sends an arm to a goal among things that it has to feel: bounded forces, contacts from torques, plans around them",
+    {"grasps",
+     "Writes states in which the robot holds the object at rest, and the share of friction that each state can lose; they serve as start "
+     "states for learning",
+     app::declare_python},
+    {"repair", "Turns a demonstration, which may violate contact, into a plan that obeys the contact model, and says which motions changed",
+     app::declare_python},
+    {"report", "Packs task, seed, version and logs into a zip file for a problem report, without paths and names", app::declare_python},
+    {"studio", "Opens the studio, in which you pose, plan, play, compare and export in the browser", app::declare_studio},
+    {"control", "Moves an arm along a reference motion with bounded contact forces; contacts are given, or estimated from joint torques",
+     app::declare_control},
+    {"touch",
+     "Moves an arm to its goal past obstacles that it must feel from joint torques, or until it touches a surface, with bounded forces",
      app::declare_touch},
-    {"bench", "Figures of this machine beside the published ones", app::declare_bench},
-    {"reproduce", "Computes figures and tables of the thesis, beside the published numbers", app::declare_reproduce},
+    {"bench", "Measures the times of steps, trees and solvers on this machine, beside the published times", app::declare_bench},
+    {"reproduce", "Computes figures and tables of the thesis, and compares them with the published numbers", app::declare_reproduce},
 };
 
 constexpr const char* kExitCodes =
-    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (lint, check, simulate, control, touch, reproduce); "
-    "2 a mistake in what was given; 3 not done within the budget (the best result is kept); "
-    "70 a fault of the program or its installation; 130 interrupted (the best result is kept).";
+    "Exit codes of all commands:\n"
+    "  0    done\n"
+    "  1    the result does not pass its test (lint, check, simulate, control, touch, reproduce)\n"
+    "  2    the input has a mistake\n"
+    "  3    not done within the budget; the best result is kept\n"
+    "  70   error of the program or its installation\n"
+    "  130  interrupted; the best result is kept";
 
 /// @throws CLI::ValidationError: the first word is no command; CLI11 would say that one is missing
 void require_command(int argc, char** argv) {

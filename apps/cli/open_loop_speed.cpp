@@ -10,8 +10,8 @@ namespace stiction::app {
 
 void add_open_loop_speed(CLI::App& command, double& speed) {
   add_number(command, "--speed", speed,
-             "Speed, times the full timing that follows from object and motors; above 1 only pushes are faster. Without feedback most "
-             "plans hold at 0.1, and few at 1",
+             "Factor on the full speed that follows from the object and the motors; above 1 only pushes are faster. Without feedback, most "
+             "plans reach their goal at 0.1, and few at 1",
              Bound::Positive);
 }
 

@@ -92,12 +92,13 @@ void print_summary(std::FILE* to, const tasks::Task& task, const OptimizeResult&
       r.status == Status::Solved ? "done" : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
   if (r.history.empty()) return;
-  row("cost", fmt::format("{:.4g} after {} iterations, {:.4g} before", r.cost.total(), r.history.size() - 1, r.history[0].cost.total()));
-  row("of which", fmt::format("objects {:.4g} on the way, {:.4g} at the end; robots {:.4g}; input {:.4g}", r.cost.objects,
-                              r.cost.objects_final, r.cost.robots + r.cost.robots_final, r.cost.input));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * plan.plan.error.position,
+  row("cost",
+      fmt::format("{:.4g} after {} iterations, {:.4g} at the start", r.cost.total(), r.history.size() - 1, r.history[0].cost.total()));
+  row("parts of the cost", fmt::format("objects {:.4g} on the way, {:.4g} at the end; robots {:.4g}; input {:.4g}", r.cost.objects,
+                                       r.cost.objects_final, r.cost.robots + r.cost.robots_final, r.cost.input));
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * plan.plan.error.position,
                                        1e3 * plan.plan.goal.tol_position, plan.plan.error.angle, plan.plan.goal.tol_angle));
-  row("work", fmt::format("{} steps, {} local models", r.steps, r.linearisations));
+  row("work", fmt::format("{} simulation steps, {} local models", r.steps, r.linearisations));
   row("plan", file.string());
 }
 
@@ -150,10 +151,11 @@ Run declare_optimize(CLI::App& command) {
   OptimizeArguments& a = *arguments;
   command.add_option("task", a.task, "Name of a built-in task, or a task file (.yaml), with a section 'optimize'")->required();
   add_scheme(command, a.scheme);
-  command.add_option("--solver", a.solver, "sweep (one QP per iteration) or receding (Alg. 1 as published)");
-  command.add_flag("--forces", a.forces, "Contact trust region: linear contact forces stay in their cones");
-  add_seed(command, a.seed, "Seed of the randomised schemes");
-  add_integer(command, "--iterations", a.iterations, "Iterations in place of those of the task", {1, 1000000});
+  command.add_option("--solver", a.solver,
+                     "Solver: sweep (one QP per iteration) or receding (Alg. 1 of the thesis as published) (default: as in the task)");
+  command.add_flag("--forces", a.forces, "Use a contact trust region: linearised contact forces stay in their friction cones");
+  add_seed(command, a.seed, "Seed of the randomized schemes");
+  add_integer(command, "--iterations", a.iterations, "Largest number of iterations (default: as in the task)", {1, 1000000});
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
   add_out(command, a.out_dir, "Folder for plan.json and optimize.json (default ./TASK-seedN)");

@@ -67,7 +67,7 @@ class TemporaryFolder {
   TemporaryFolder() {
     std::string name = (fs::temp_directory_path() / "stiction-view-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr)
-      throw InstallationFault(fmt::format("page: no folder can be made in {}", fs::temp_directory_path().string()));
+      throw InstallationFault(fmt::format("page: cannot make a folder in {}", fs::temp_directory_path().string()));
     path_ = name;
   }
   ~TemporaryFolder() {
@@ -155,8 +155,9 @@ int run_view(const ViewArguments& arguments) {
 Run declare_view(CLI::App& command) {
   const auto arguments = std::make_shared<ViewArguments>();
   ViewArguments& a = *arguments;
-  command.add_option("shown", a.shown, "Plan file, or its folder; or a task, which is shown before it is planned")->required();
-  command.add_option("--html", a.html, "Write one self-contained page instead of starting a server");
+  command.add_option("shown", a.shown, "Plan file or its folder, or name or file of a task, which is shown before it is planned")
+      ->required();
+  command.add_option("--html", a.html, "HTML page to write, self-contained, instead of starting a server");
   return [arguments] { return run_view(*arguments); };
 }
 

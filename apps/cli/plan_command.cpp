@@ -12,6 +12,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/planning/press_limits.hpp"
+#include "stiction/planning/thresholds.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/optimize_options.hpp"
 #include "stiction/tasks/plan_file.hpp"
@@ -70,28 +71,30 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   say(to, "{}, seed {}: {}\n", task.name, r.seed, r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position,
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.plan.error.position,
                                        1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));
   row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
   if (counts.unstable > 0)
-    row("unstable", fmt::format("{} of the regrasps: meanwhile an object would not stay with gravity a little aside", counts.unstable));
-  row("cost", fmt::format("{:.1f} s at joint speeds, with {:.0f} s per regrasp{}", r.cost, planning::PathCost{}.regrasp,
-                          r.improvements.size() > 1 ? fmt::format("; the first plan: {:.1f} s", r.improvements.front().cost) : ""));
+    row("unstable", fmt::format("{} of the regrasps: an object would move during them if gravity were tilted by {:g} rad", counts.unstable,
+                                planning::threshold::kReleaseTilt));
+  row("cost", fmt::format("{:.1f} s at nominal joint speeds, including {:.0f} s per regrasp{}", r.cost, planning::PathCost{}.regrasp,
+                          r.improvements.size() > 1 ? fmt::format("; cost of the first plan {:.1f} s", r.improvements.front().cost) : ""));
   if (r.plan.step.friction_scale < o.friction)
-    row("friction", fmt::format("{:g} of that of the scene, in every step", r.plan.step.friction_scale));
+    row("friction", fmt::format("every coefficient is {:g} times that of the scene", r.plan.step.friction_scale));
   if (const auto press = planning::largest_press(*task.model, r.plan))
-    row("pressed", fmt::format("with up to {:.0f} % of what the weaker side bears (max_force)", 100 * *press));
+    row("largest force", fmt::format("{:.0f} % of the force that the weaker body of the pair bears (max_force)", 100 * *press));
   row("tree", fmt::format("{} extensions, {} nodes", r.iterations, r.nodes));
-  row("work", fmt::format("{} steps, {} local models, {} failed steps", r.steps, r.linearisations, r.failed_steps));
-  row("given up", fmt::format("{} edges where half the sub-step gave something else", r.distrusted));
+  row("work", fmt::format("{} simulation steps, {} of them failed; {} local models", r.steps, r.failed_steps, r.linearisations));
+  row("given up", fmt::format("{} edges that gave another motion in half steps", r.distrusted));
   const auto& g = r.regrasps;
   row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted,
                                     g.no_sample, g.no_path, g.object_moved, g.failed_step));
-  if (task.options.thesis) row("edges", "as published, not simulated in sub-steps: `stiction check` does that, and need not accept them");
+  if (task.options.thesis)
+    row("edges", "as published, not simulated in sub-steps; `stiction check` simulates them in sub-steps, and may reject them");
   if (!r.reason.empty()) row("reason", r.reason);
-  if (r.start_moved > 1e-3) row("start", fmt::format("an object was not at rest: it moved by {:.3g} (m or rad) first", r.start_moved));
+  if (r.start_moved > 1e-3) row("start", fmt::format("an object was not at rest, and first moved by {:.3g} (m or rad)", r.start_moved));
   if (r.start_projected)
-    row("start", fmt::format("moved onto the constraints first ({:.2f} mm of penetration)", 1e3 * r.start_penetration));
+    row("start", fmt::format("bodies penetrated each other by {:.2f} mm; the planner first moved them apart", 1e3 * r.start_penetration));
   row("plan", file.string());
 }
 
@@ -155,7 +158,7 @@ std::vector<std::size_t> by_time(const planning::Profile& profile) {
 void print_profile(std::FILE* to, const planning::Profile& profile) {
   double sum = 0;
   for (const auto& entry : profile.entries) sum += entry.processor_s;
-  say(to, "  {:<16} {:>12} {:>7} {:>9} {:>12}\n", "activity", "processor s", "share", "calls", "µs a call");
+  say(to, "  {:<16} {:>12} {:>7} {:>9} {:>12}\n", "activity", "processor s", "share", "calls", "µs per call");
   for (const std::size_t i : by_time(profile)) {
     const auto& [seconds, calls] = profile.entries[i];
     if (calls == 0) continue;
@@ -199,7 +202,7 @@ int run_plan(const PlanArguments& arguments) {
     write(found);
     line.clear();
     say(to, "  plan after {:.3f} s: cost {:.1f} s, {}{}\n", found.wall_s, found.cost, file.string(),
-        found.improvements.size() == 1 ? "; looking for a cheaper one, Ctrl-C ends with the best" : "");
+        found.improvements.size() == 1 ? "; looking for a cheaper one, press Ctrl-C to stop with the best plan" : "");
     std::fflush(to);
   };
   planning::PlanResult result;
@@ -229,7 +232,7 @@ Run declare_plan(CLI::App& command) {
   const auto arguments = std::make_shared<PlanArguments>();
   PlanArguments& a = *arguments;
   add_task(command, a.task);
-  add_seed(command, a.seed, "Seed; the same seed gives the same plan");
+  add_seed(command, a.seed, "Seed of the search; the same seed gives the same plan");
   add_goal(command, a.goal);
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
@@ -237,9 +240,9 @@ Run declare_plan(CLI::App& command) {
   command.add_option("--without", a.without, "Mechanisms of the search that are left out, with commas between (bench/search.py)")
       ->group("");
   add_out(command, a.out_dir, "Folder for plan.json (default ./TASK-seedN)");
-  command.add_flag("--anytime", a.anytime, "Go on after the first plan, for cheaper ones, until the budget is used up");
-  command.add_flag("--html", a.html, "Also write a page to look at, plan.html");
-  command.add_flag("--profile", a.profile, "Also print what the search spent processor time on (--json has it always)");
+  command.add_flag("--anytime", a.anytime, "Write the first plan at once, and search for cheaper plans until the time budget is used up");
+  command.add_flag("--html", a.html, "Also write plan.html, a page that plays the plan");
+  command.add_flag("--profile", a.profile, "Also print the processor time of each activity of the search (always part of --json)");
   add_json(command, a.json);
   return [arguments] { return run_plan(*arguments); };
 }

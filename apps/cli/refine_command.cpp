@@ -34,14 +34,14 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResul
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   say(to, "{}, seed {}: {}\n", plan.task_name, plan.seed, r.status == Status::Solved ? r.variant : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
-  row("pushes", fmt::format("{} of {}", r.pushes, r.pushes_before));
-  row("regrasps", fmt::format("{} of {}, {} planned anew", r.regrasps, r.regrasps_before, r.reconnected));
-  row("sub-steps", fmt::format("{} of {}", r.knots, r.knots_before));
-  if (r.rest_planned_anew > 0) row("rest planned anew", std::to_string(r.rest_planned_anew));
+  row("pushes", fmt::format("{}, before {}", r.pushes, r.pushes_before));
+  row("regrasps", fmt::format("{}, before {}; {} of them planned again", r.regrasps, r.regrasps_before, r.reconnected));
+  row("sub-steps", fmt::format("{}, before {}", r.knots, r.knots_before));
+  if (r.rest_planned_anew > 0) row("rest of the plan", fmt::format("planned again, with {} searches", r.rest_planned_anew));
   row("time step", fmt::format("{:.3g} s", r.plan.step.h));
-  row("clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * plan.tol_position,
-                                       r.plan.error.angle, plan.tol_angle));
+  row("regrasp clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.plan.error.position,
+                                       1e3 * plan.tol_position, r.plan.error.angle, plan.tol_angle));
   row("execution", fmt::format("{:.1f} s at {}", trajectory.duration(), describe_speed(trajectory.speed)));
   row("plan", file.string());
 }
@@ -138,12 +138,12 @@ Run declare_refine(CLI::App& command) {
   const auto arguments = std::make_shared<RefineArguments>();
   RefineArguments& a = *arguments;
   add_plan(command, a.plan);
-  add_seed(command, a.seed, "Seed of the searches for paths of regrasps");
+  add_seed(command, a.seed, "Seed of the search for regrasp paths");
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
   add_open_loop_speed(command, a.speed);
-  add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default: `refined` in that of the plan)");
-  command.add_flag("--html", a.html, "Also write a page to look at, plan.html");
+  add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default: `refined` in the folder of the plan)");
+  command.add_flag("--html", a.html, "Also write plan.html, a page that plays the plan");
   add_json(command, a.json);
   return [arguments] { return run_refine(*arguments); };
 }

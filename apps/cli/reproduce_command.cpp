@@ -77,10 +77,11 @@ int run_reproduce(const ReproduceArguments& arguments) {
 Run declare_reproduce(CLI::App& command) {
   const auto arguments = std::make_shared<ReproduceArguments>();
   ReproduceArguments& a = *arguments;
-  command.add_option("name", a.name, fmt::format("One of {}, or 'all'", fmt::join(list_experiments(), ", ")))->required();
+  command.add_option("name", a.name, fmt::format("Figure or table to compute, one of {}, or 'all'", fmt::join(list_experiments(), ", ")))
+      ->required();
   command.add_option("-o,--out", a.out_dir, "Folder for data, pictures and report.html")->capture_default_str();
-  command.add_flag("--quick", a.quick, "Fewer and coarser points, in seconds");
-  command.add_option("--docs", a.docs, "Also write this Markdown page, its pictures beside it");
+  command.add_flag("--quick", a.quick, "Compute fewer and coarser points, which takes seconds");
+  command.add_option("--docs", a.docs, "Markdown page to write as well, with its pictures beside it");
   add_json(command, a.json);
   return [arguments] { return run_reproduce(*arguments); };
 }

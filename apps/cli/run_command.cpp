@@ -76,7 +76,7 @@ void set_goals(const RunArguments& arguments, Given& given) {
     goals = tasks::load_goals(given.task, arguments.goals_file);
   }
   if (goals.size() > 1 && !arguments.touch_first.empty())
-    core::throw_invalid("--touch-first", fmt::format("it with {} goals", goals.size()), "one goal");
+    core::throw_invalid("--touch-first", fmt::format("{} goals", goals.size()), "one goal");
   given.task.problem = std::move(goals.front());
   given.task.goal_from_command_line = true;
   goals.erase(goals.begin());
@@ -262,8 +262,8 @@ void print_start(std::FILE* to, const world::Model& model, const execution::Part
   const auto& pair = model.pairs()[static_cast<std::size_t>(start.pair)];
   const auto name = [&](int geometry) { return model.geometries()[static_cast<std::size_t>(geometry)].name; };
   print_row(to, "start",
-            fmt::format("moved apart: '{}' and '{}' overlapped by {:.2g} mm; an object moved by {:.2g} (m or rad)", name(pair.geometry_a),
-                        name(pair.geometry_b), 1e3 * start.overlap, start.moved));
+            fmt::format("'{}' and '{}' overlapped by {:.2g} mm; an object was moved by {:.2g} (m or rad) to separate them",
+                        name(pair.geometry_a), name(pair.geometry_b), 1e3 * start.overlap, start.moved));
 }
 
 void print_summary(std::FILE* to, const Given& given, const execution::RunResult& r, const json& out) {
@@ -279,18 +279,18 @@ void print_summary(std::FILE* to, const Given& given, const execution::RunResult
   }
   double thought = 0;
   for (const auto& plan : r.plans) thought += plan.clock_s;
-  row("time", fmt::format("{:.2f} s simulated, {:.2f} s of them planning", r.duration_s, thought));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * goal.tol_position,
-                                       r.error.angle, goal.tol_angle));
-  row("carried out", fmt::format("{} pushes, {} regrasps", out["pushes"].get<long>(), out["regrasps"].get<long>()));
+  row("time", fmt::format("{:.2f} s simulated, of which the planner took {:.2f} s", r.duration_s, thought));
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.error.position,
+                                       1e3 * goal.tol_position, r.error.angle, goal.tol_angle));
+  row("executed", fmt::format("{} pushes, {} regrasps", out["pushes"].get<long>(), out["regrasps"].get<long>()));
   const auto joined = std::count_if(r.plans.begin(), r.plans.end(), [](const auto& plan) { return plan.joined; });
-  row("plans", fmt::format("{}, {} of them on the way, {} gone on with", r.plans.size(), r.replans, joined));
+  row("plans", fmt::format("{}, of which {} are replans and {} continue the plan before", r.plans.size(), r.replans, joined));
   for (std::size_t i = 1; i < r.plans.size(); ++i)
     row("", fmt::format("{:6.2f} s: {}{}", r.plans[i].time, r.plans[i].cause, r.plans[i].reason.empty() ? "" : "; " + r.plans[i].reason));
   if (!out["largest_press"].is_null())
-    row("object", fmt::format("pressed with {:.1f} times its weight at most, up to {:.3f} m/s faster than planned",
+    row("object", fmt::format("contact force at most {:.1f} times its weight; at most {:.3f} m/s faster than planned",
                               out["largest_press"].get<double>(), out["slip_speed"].get<double>()));
-  row("largest effort", fmt::format("{:.0f} % of a motor's", 1e2 * out["largest_effort"].get<double>()));
+  row("largest effort", fmt::format("{:.0f} % of the limit of the motor", 1e2 * out["largest_effort"].get<double>()));
 }
 
 /// Of an object that fingers turned without a plan: where that began, and the command that was in force.
@@ -316,7 +316,7 @@ bool write(const Given& given, const execution::RunResult& r, const Recorder& re
     tasks::write_plan(*file, plan);
   }
   if (!file) {
-    say(stderr, "stiction: nothing was planned, so that there is nothing to write\n");
+    say(stderr, "stiction: the run made no plan, so no files are written\n");
     return !arguments.html;
   }
   const fs::path target = dir / "run.json";
@@ -404,42 +404,52 @@ Run declare_run(CLI::App& command) {
   RunArguments& a = *arguments;
   command.add_option("target", a.target, "Name of a built-in task, a task file (.yaml), a plan file (.json) or its folder")->required();
   command
-      .add_option("--goal", a.goals,
-                  "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates; ~ for any value; may be "
-                  "repeated: goals that are reached one after another")
+      .add_option(
+          "--goal", a.goals,
+          "Goal pose, instead of the goal of the task: \"x y z roll pitch yaw\" [m, rad] for a free object, else the coordinates of its "
+          "joints; ~ leaves a coordinate open. If repeated, the goals are reached one after another")
       ->allow_extra_args(false);
   command.add_option(
       "--goals", a.goals_file,
-      "File with a list of goals (.yaml) that are reached one after another: each a list of numbers, or what `goal` of a task "
-      "may be");
+      "YAML file with a list of goals that are reached one after another; each goal is a list of numbers, or has the form of `goal` in a "
+      "task");
   add_number(command, "--hold", a.how.hold,
-             "A goal counts once the object was within its tolerances for so long [s]; 0: as soon as it is seen there", Bound::NonNegative);
-  command.add_option("--touch-first", a.touch_first,
-                     "Scenario of guarded moves, a name or a file with the key `task`: they are carried out first, and correct the scene "
-                     "by what the arm felt");
+             "Time for which the object must stay within the tolerances of a goal before the goal counts as reached [s]; with 0, the goal "
+             "counts as soon as the object is seen there",
+             Bound::NonNegative);
+  command.add_option(
+      "--touch-first", a.touch_first,
+      "Name or file of a scenario of guarded moves, with the key `task`. The arm executes them first, and corrects the scene by the "
+      "contacts that it feels");
   add_seed(command, a.seed, "Seed of the plans and of the noise");
   add_timeout(command, a.timeout_s, "Wall-clock budget of the run [s]");
   add_threads(command, a.threads);
-  add_integer(command, "--replans", a.how.replans, "Plans after the first one of a goal, at most", {0, 1000000});
-  add_number(command, "--duration", a.how.duration, "Simulated time, of all goals, at most [s]", Bound::Positive);
-  add_number(command, "--planning-rate", a.how.planning_rate,
-             "Seconds of one core that the planner works within a simulated second; 0: the clock stands still meanwhile",
-             Bound::NonNegative);
+  add_integer(command, "--replans", a.how.replans, "Largest number of plans per goal after its first plan", {0, 1000000});
+  add_number(command, "--duration", a.how.duration, "Largest simulated time of the run, for all goals together [s]", Bound::Positive);
+  add_number(
+      command, "--planning-rate", a.how.planning_rate,
+      "Processor time of the planner per simulated second [s], on one core; with 0, the simulated clock stands still while the planner "
+      "works",
+      Bound::NonNegative);
   add_number(command, "--plan-step-time", a.how.plan_step_time,
-             "Charge each step of the planner like this [s], the same on every machine, in place of its processor time", Bound::Positive);
-  command.add_flag("--active-hold", a.active_hold, "Fingers of a hand catch a free object that moves while nothing is carried out");
-  command.add_flag("--no-finger-gait", a.no_finger_gait,
-                   "Plan also for an object that would roll out of an open hand, in place of fingers that turn it one by one");
-  command.add_flag("--no-join", a.no_join, "Search every plan, and go on with none");
+             "Time to charge for each simulation step of the planner [s], instead of its processor time. A run is then the same on every "
+             "machine",
+             Bound::Positive);
+  command.add_flag("--active-hold", a.active_hold, "Let the fingers of a hand keep a free object in place while no plan is executed");
+  command.add_flag(
+      "--no-finger-gait", a.no_finger_gait,
+      "Plan also for an object that would roll out of an open hand, instead of turning it with fingers that move back one by one");
+  command.add_flag("--no-join", a.no_join, "Search for every plan from scratch, and never continue the plan before it");
   add_speed(command, a.how.speed_factor);
-  add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
-  add_number(command, "--mass", a.world.mass, "Multiplies the mass of every object in the simulation", Bound::Positive);
-  add_numbers(command, "--pose-noise", a.noise, "Standard deviation of measured object poses: \"M,RAD\" [m], [rad]", Bound::NonNegative, 2);
-  add_number(command, "--pose-delay", a.world.pose_delay, "Object poses are seen so late [s]", Bound::NonNegative);
-  command.add_option("--push", a.pushes, "A force on the object from outside: \"BEGIN DURATION FX FY FZ\" [s], [N]; may be repeated")
+  add_number(command, "--friction", a.world.friction, "Factor on every coefficient of friction in the simulation", Bound::NonNegative);
+  add_number(command, "--mass", a.world.mass, "Factor on the mass of every object in the simulation", Bound::Positive);
+  add_numbers(command, "--pose-noise", a.noise,
+              "Standard deviations of the noise on measured object poses, \"M,RAD\": position [m], angle [rad]", Bound::NonNegative, 2);
+  add_number(command, "--pose-delay", a.world.pose_delay, "Delay of the measured object poses [s]", Bound::NonNegative);
+  command.add_option("--push", a.pushes, "External force on the object of the goal, \"BEGIN DURATION FX FY FZ\" [s], [N]; may be repeated")
       ->allow_extra_args(false);
-  add_out(command, a.out_dir, "Folder for plan.json, run.json and the page (with --html: ./TASK-seedN, or that of the plan)");
-  command.add_flag("--html", a.html, "Also write a page to look at, run.html");
+  add_out(command, a.out_dir, "Folder for plan.json, run.json and the page (default with --html: ./TASK-seedN, or the folder of the plan)");
+  command.add_flag("--html", a.html, "Also write run.html, a page that plays the run");
   add_json(command, a.json);
   return [arguments] { return run_run(*arguments); };
 }

@@ -119,7 +119,7 @@ void print_sets(std::FILE* to, const sensing::Scenario& scenario, const sensing:
     for (std::size_t i = 0; i < static_cast<std::size_t>(best.count); ++i) {
       const sensing::ContactPoint& point = best.contacts[i];
       say(to, "  {} {:24} {:5.1f} N  point {} {:.1f} cm\n", i == 0 ? "set" : "  &", scenario.sensor->link_name(point.link),
-          point.f_L.norm(), best.point_is_unique[i] ? "±" : "is not unique, ±", 100 * best.deviation[i]);
+          point.f_L.norm(), best.point_is_unique[i] ? "±" : "not unique, ±", 100 * best.deviation[i]);
     }
   }
 }
@@ -142,8 +142,8 @@ void report_distance(std::FILE* to, const sensing::Scenario& scenario, KnownCont
   const bool found = std::isfinite(distance);
   std::string links;
   for (const sensing::ContactPoint& contact : contacts) links += (links.empty() ? "" : " and ") + scenario.sensor->link_name(contact.link);
-  say(to, "  the contact on {} is {}\n", links,
-      found ? fmt::format("{:.1f} cm from the nearest candidate", 100 * distance) : "not among them");
+  say(to, "  the known contact on {} is {}\n", links,
+      found ? fmt::format("{:.1f} cm from the nearest candidate", 100 * distance) : "not among the candidates");
   moment["distance"] = found ? Json(distance) : Json();
 }
 
@@ -239,11 +239,11 @@ int run_sense(const SenseArguments& arguments) {
   for (const std::string& note : scenario.sensor->notes()) say(stderr, "note: {}\n", note);
   for (const std::string& note : scenario.series.notes) say(stderr, "note: {}\n", note);
   for (const int gap : scenario.series.gaps)
-    say(stderr, "note: no line for {:.3g} s before t = {:.3f} s, whose candidates do not start from earlier ones\n",
+    say(stderr, "note: no line for {:.3g} s before t = {:.3f} s; the search at this time does not start from earlier candidates\n",
         scenario.series.times[static_cast<std::size_t>(gap)] - scenario.series.times[static_cast<std::size_t>(gap) - 1],
         scenario.series.times[static_cast<std::size_t>(gap)]);
   if (std::string message; execution::simulate_poke(scenario, message) != core::Status::Solved) {
-    say(stderr, "stiction: {}: poke: the simulation broke down: {}\n", scenario.name, message);
+    say(stderr, "stiction: {}: poke: the simulation failed: {}\n", scenario.name, message);
     return kInternalError;
   }
   std::FILE* const to = people(arguments.json);
@@ -267,29 +267,33 @@ Run declare_sense(CLI::App& command) {
   const auto arguments = std::make_shared<SenseArguments>();
   SenseArguments& a = *arguments;
   command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
-  command.add_option("--html", a.html, "Write a page to look at: residuals and detectability on the robot, candidates with their forces");
+  command.add_option("--html", a.html,
+                     "HTML page to write, with residuals and detectability on the robot, and candidate contacts with their forces");
   command
       .add_option("--rest", a.rest,
-                  "From when to when of the record nothing touches the robot [s]: offset and noise of its torques follow from there")
+                  "Interval of the record in which nothing touches the robot [s]; offset and noise of the joint torques are taken from it")
       ->expected(2)
       ->type_name("FROM TO");
-  add_number(command, "--noise", a.noise, "Standard deviation of every torque [N m] (default: of the scenario, or of --rest)",
+  add_number(command, "--noise", a.noise, "Standard deviation of every joint torque [N m] (default: from --rest, or as in the scenario)",
              Bound::Positive);
-  command.add_flag("--turn", a.turn,
-                   "The torques have the other sign than the scenario says: libfranka's are what the robot does to its surroundings");
+  command.add_flag(
+      "--turn", a.turn,
+      "Reverse the sign of the torques of the scenario. Use it for libfranka, whose torques are those that the robot exerts on its "
+      "surroundings");
   add_number(
       command, "--force", a.force,
-      "Detectability on the page is that of a force of this size [N] (default: that of the known contact, or of the first candidate)",
+      "Size of the contact force for which the page shows the detectability [N] (default: force of the known contact, or of the first "
+      "candidate)",
       Bound::Positive);
   add_json(command, a.json);
   const auto live =
-      command.add_flag("--live", a.live, "Serve a page on which the moments pass as they were measured, and a click pushes the robot")
+      command.add_flag("--live", a.live, "Serve a page that plays the record in real time, and on which a click pushes the robot")
           ->excludes("--json")
           ->excludes("--html");
-  command.add_option("--host", a.host, "Address that the page listens on; 0.0.0.0: whoever has the token, from any machine")
+  command.add_option("--host", a.host, "Address of the server; with 0.0.0.0, everyone who has the token can connect from any machine")
       ->capture_default_str()
       ->needs(live);
-  add_integer(command, "--port", a.port, "Its port; 0 for any that is free", {0, 65535})->needs(live);
+  add_integer(command, "--port", a.port, "Port of the server; 0 selects a free port", {0, 65535})->needs(live);
   return [arguments] { return run_sense(*arguments); };
 }
 

@@ -113,12 +113,13 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const world::Mode
       fmt::format("{:.1f} s{} simulated in {:.2f} s", r.duration_s,
                   r.dropped && !r.pieces.empty() ? fmt::format(" of {:.1f} s", r.pieces.back().end_s + options.hold) : "", r.wall_s));
   row("speed", describe_speed(options.speed));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * plan.tol_position,
-                                       r.error.angle, plan.tol_angle));
+  row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.error.position,
+                                       1e3 * plan.tol_position, r.error.angle, plan.tol_angle));
   row("deepest penetration", fmt::format("{:.3f} mm", 1e3 * r.max_depth));
   row("dropped",
       r.dropped ? fmt::format("{} after {:.2f} s", model.objects()[static_cast<std::size_t>(*r.dropped)].name, r.dropped_s) : "nothing");
-  say(to, "  {:12} {:>7}   {:^33} {:^33}\n", "piece", "until s", "in the plan: Δ mm, Δ/L, Δ rad, Δ/L", "alone");
+  say(to, "  mean error Δ of the object in each push and regrasp, and its ratio to the length L of the planned path:\n");
+  say(to, "  {:12} {:>7}   {:^33} {:^33}\n", "piece", "end s", "whole plan: mm, Δ/L, rad, Δ/L", "by itself: mm, Δ/L, rad, Δ/L");
   for (std::size_t i = 0; i < r.pieces.size(); ++i) {
     const auto& piece = r.pieces[i];
     say(to, "  {:3} {:8} {:7.2f}  ", i,
@@ -158,7 +159,7 @@ int run_simulate(const SimulateArguments& arguments) {
   planning::Plan predicted;
   if (arguments.substeps) {
     if (execution::predict(*task.model, plan, *arguments.substeps, predicted) != Status::Solved)
-      say(stderr, "stiction: the prediction with {} steps per edge ends in edge {}: a step was not solved\n", *arguments.substeps,
+      say(stderr, "stiction: the prediction with {} steps per edge stops in edge {}, because a step has no solution\n", *arguments.substeps,
           predicted.segments.size());
     plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared
   }
@@ -201,20 +202,24 @@ Run declare_simulate(CLI::App& command) {
   const auto arguments = std::make_shared<SimulateArguments>();
   SimulateArguments& a = *arguments;
   add_plan(command, a.plan);
-  add_out(command, a.out_dir, "Folder for simulation.json and the page (default: that of the plan)");
+  add_out(command, a.out_dir, "Folder for simulation.json and the page (default: the folder of the plan)");
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
   add_open_loop_speed(command, a.speed);
-  add_number(command, "--pause", a.pause_s, "Commands rest this long between pieces [s]", Bound::NonNegative);
-  add_integer(command, "--sub-steps", a.substeps,
-              "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)", {1, 10000});
-  add_number(command, "--rest-time", a.rest_time_s, "Time in which objects on joints come to rest [s]", Bound::Positive);
-  add_number(command, "--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
-  command.add_flag(
-      "!--no-velocity-reference", a.velocity_reference,
-      "Damping acts on the velocity of a joint, not on what it differs by from that of its command: joints lag behind, as in the thesis");
-  command.add_flag("--whole-only", a.whole_only, "Only the whole plan, not every push by itself");
-  command.add_flag("--html", a.html, "Also write a page to look at, simulation.html");
+  add_number(command, "--pause", a.pause_s, "Time of constant commands between pushes and regrasps [s]", Bound::NonNegative);
+  add_integer(
+      command, "--sub-steps", a.substeps,
+      "Number of steps in which every edge of the plan is predicted again before the comparison; 1 as in the thesis (default: as in the "
+      "plan)",
+      {1, 10000});
+  add_number(command, "--rest-time", a.rest_time_s, "Time constant with which objects on joints come to rest [s]", Bound::Positive);
+  add_number(command, "--friction", a.friction_scale, "Factor on every coefficient of friction in the simulation", Bound::NonNegative);
+  command.add_flag("!--no-velocity-reference", a.velocity_reference,
+                   "Damp the velocity of each joint, instead of its difference from the commanded velocity. Joints then lag behind their "
+                   "commands, as in "
+                   "the thesis");
+  command.add_flag("--whole-only", a.whole_only, "Simulate only the whole plan, and not also every push by itself");
+  command.add_flag("--html", a.html, "Also write simulation.html, a page that plays the simulation");
   add_json(command, a.json);
   return [arguments] { return run_simulate(*arguments); };
 }

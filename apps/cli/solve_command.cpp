@@ -42,8 +42,8 @@ std::string describe(const tasks::SolveTry& t) {
   for (const auto& run : t.runs) {
     out += fmt::format("; friction × {:g}: {}", run.friction,
                        run.reached   ? "goal reached"
-                       : run.dropped ? "dropped"
-                       : run.lost    ? fmt::format("lost after {:.1f} s", run.duration_s)
+                       : run.dropped ? "object dropped"
+                       : run.lost    ? fmt::format("object far off its path after {:.1f} s", run.duration_s)
                        : run.status != Status::Solved
                            ? std::string(core::to_string(run.status))
                            : fmt::format("missed by {:.1f} mm, {:.2f} rad", 1e3 * run.error.position, run.error.angle));
@@ -125,7 +125,10 @@ int run_solve(const SolveArguments& arguments) {
   const Status status = tasks::solve(task, options, control, result);
   line.clear();
   const std::string_view verdict = status == Status::Solved ? "Held" : status == Status::Cancelled ? "Cancelled" : "NotHeld";
-  say(to, "  {} in {:.2f} s, {} of {} tries\n", verdict, result.wall_s, result.tries.size(), arguments.tries);
+  const std::string_view words = status == Status::Solved      ? "goal reached"
+                                 : status == Status::Cancelled ? "interrupted"
+                                                               : "goal not reached";
+  say(to, "  {} after {:.2f} s and {} of at most {} tries\n", words, result.wall_s, result.tries.size(), arguments.tries);
   print_row(to, "speed", describe_speed(options.speed));
   print_row(to, "plan", target.string());
   if (arguments.json) {
@@ -151,13 +154,14 @@ Run declare_solve(CLI::App& command) {
   add_task(command, a.task);
   add_seed(command, a.seed, "Seed of the first try");
   add_goal(command, a.goal);
-  add_integer(command, "--tries", a.tries, "Seeds that are tried", {1, 1000000});
+  add_integer(command, "--tries", a.tries, "Largest number of seeds to try", {1, 1000000});
   add_timeout(command, a.timeout_s, "Wall-clock budget of all tries [s]");
   add_numbers(command, "--friction", a.friction,
-              "The goal has to be reached with every coefficient of friction times each of these numbers", Bound::NonNegative);
+              "Factors on every coefficient of friction in the simulation; the plan must reach its goal with each factor",
+              Bound::NonNegative);
   add_open_loop_speed(command, a.speed);
   add_threads(command, a.threads);
-  add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default ./TASK-seedN, N of the first try)");
+  add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default ./TASK-seedN with the seed of the first try)");
   add_json(command, a.json);
   return [arguments] { return run_solve(*arguments); };
 }

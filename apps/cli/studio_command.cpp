@@ -24,10 +24,10 @@ Run declare_studio(CLI::App& command) {
   StudioArguments& a = *arguments;
   command.add_option(
       "shown", a.shown,
-      "Task or scenario (name or file), a whole scene (MJCF, URDF or SDF), or a folder of tasks; left out: the built-in ones");
-  command.add_option("--host", a.host, "Address that is listened on; 0.0.0.0: whoever has the token, from any machine")
+      "Name or file of a task or scenario, file of a scene (MJCF, URDF or SDF), or folder of tasks (default: the built-in tasks)");
+  command.add_option("--host", a.host, "Address of the server; with 0.0.0.0, everyone who has the token can connect from any machine")
       ->capture_default_str();
-  add_integer(command, "--port", a.port, "Its port; 0 for any that is free", {0, 65535});
+  add_integer(command, "--port", a.port, "Port of the server; 0 selects a free port", {0, 65535});
   return [arguments] { return run_studio(*arguments); };
 }
 

@@ -42,9 +42,9 @@ std::string link_of(const TouchScenario& scenario, const execution::Touch& touch
 
 void print_touch(std::FILE* to, const TouchScenario& scenario, const execution::Touch& touch) {
   const Eigen::Vector3d& p = touch.place.p_W;
-  const std::string off = std::isfinite(touch.error) ? fmt::format(", {:.1f} cm off", 100 * touch.error) : "";
-  say(to, "  {:6.2f} s  {:14} ({:6.3f} {:6.3f} {:6.3f}) m{}  {:4.1f} N  ball of {:.1f} cm\n", touch.time, link_of(scenario, touch), p.x(),
-      p.y(), p.z(), off, touch.force, 100 * touch.radius);
+  const std::string off = std::isfinite(touch.error) ? fmt::format(", error {:.1f} cm", 100 * touch.error) : "";
+  say(to, "  {:6.2f} s  {:14} ({:6.3f} {:6.3f} {:6.3f}) m{}  {:4.1f} N  mapped as a ball of radius {:.1f} cm\n", touch.time,
+      link_of(scenario, touch), p.x(), p.y(), p.z(), off, touch.force, 100 * touch.radius);
 }
 
 TouchVerdict judge(const TouchRunResult& r, bool bounded) {
@@ -55,16 +55,16 @@ void print_summary(std::FILE* to, const TouchScenario& scenario, const TouchRunR
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   print_head(to, scenario, judge(r, bounded), "reached its goal");
   if (r.status == Status::NumericalFailure) row("simulation", r.reason);
-  row("touched", fmt::format("{} times", r.touches.size()));
+  row("contacts felt", fmt::format("{}", r.touches.size()));
   for (const auto& touch : r.touches) print_touch(to, scenario, touch);
   double planning = 0;
   for (const auto& planned : r.routes) planning = std::max(planning, planned.wall_s);
-  row("planned", fmt::format("{} times, {:.2f} s at most", r.routes.size(), planning));
-  row("bound", fmt::format("{:.1f} N", scenario.arm.controller.lambda_max));
-  row("impact", fmt::format("{:.1f} N at most", r.run.peak_force));
-  row("settled force", fmt::format("{:.1f} N at most, {:.1f} N in the mean", r.run.settled_peak, r.run.mean_force));
-  row("error at the goal", fmt::format("{:.2g} rad of {:.2g}", r.goal_error, scenario.tolerance));
-  row("took", fmt::format("{:.1f} s", static_cast<double>(r.run.samples.size()) * scenario.arm.period));
+  row("paths planned", fmt::format("{}, in at most {:.2f} s each", r.routes.size(), planning));
+  row("force bound", fmt::format("{:.1f} N", scenario.arm.controller.lambda_max));
+  row("largest force", fmt::format("{:.1f} N, impacts included", r.run.peak_force));
+  row("settled force", fmt::format("at most {:.1f} N, mean {:.1f} N", r.run.settled_peak, r.run.mean_force));
+  row("error at the goal", fmt::format("{:.2g} rad (tolerance {:.2g})", r.goal_error, scenario.tolerance));
+  row("duration", fmt::format("{:.1f} s simulated", static_cast<double>(r.run.samples.size()) * scenario.arm.period));
 }
 
 json to_json(const TouchScenario& scenario, const execution::Touch& touch) {
@@ -156,10 +156,12 @@ Run declare_touch(CLI::App& command) {
   TouchArguments& a = *arguments;
   command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
   add_seed(command, a.seed,
-           "Of the noise of joint torques, of where the unknown bodies are and of the paths (default: as the scenario says)");
-  add_number(command, "--tolerance", a.tolerance, "Settled forces may exceed the bound by this share of it", Bound::NonNegative);
+           "Seed of the noise of joint torques, of the places of unknown bodies, and of the paths (default: as in the scenario)");
+  add_number(command, "--tolerance", a.tolerance, "Share of the bound by which settled contact forces may exceed the bound",
+             Bound::NonNegative);
   add_timeout(command, a.timeout_s);
-  command.add_option("--html", a.html, "Write a page to look at: the arm, what it felt and planned, and the forces");
+  command.add_option("--html", a.html,
+                     "HTML page to write, with the motion of the arm, the contacts that it felt, its planned paths and the forces");
   add_json(command, a.json);
   return [arguments] { return run_touch_command(*arguments); };
 }

@@ -58,7 +58,7 @@ def test_a_plan_with_options_of_its_own_passes_the_check_once_read(by: str, stic
     result.plan.write(tmp_path / "plan.json")
     assert st.check_plan(st.read_plan(tmp_path)).pass_
     done = stiction("check", tmp_path)
-    assert done.returncode == 0 and "the options are given ones" in done.stderr + done.stdout
+    assert done.returncode == 0 and "the options were given by the caller" in done.stderr + done.stdout
 
 
 def test_a_plan_from_a_start_of_its_own_passes_the_check_once_read(stiction, tmp_path: Path) -> None:
