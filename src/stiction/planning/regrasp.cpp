@@ -9,6 +9,7 @@
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
 #include "stiction/dynamics/disturbances.hpp"
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -263,6 +264,10 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
     ++counts.no_path;
     return false;
   }
+  const bool deep = std::ranges::any_of(run->knots(), [&](const dynamics::Knot& knot) {
+    return calc_penetration(setting.model, knot.q, scratch.geometry) > kMostFinePenetration;
+  });
+  if (deep) return count_failure(Ending::OverLimits, counts);
   out.knots = std::move(run->knots());
   ++counts.accepted;
   return true;
