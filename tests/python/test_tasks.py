@@ -30,6 +30,15 @@ def test_task_is_planned_to_its_goal_and_accepted(program: Path, tmp_path: Path,
     assert checked.returncode == 0, checked.stdout
 
 
+@pytest.mark.parametrize("seed", [10030, 10086])
+def test_a_regrasp_goes_no_deeper_than_the_checker_allows(program: Path, tmp_path: Path, seed: int) -> None:
+    """With these seeds the wrist went 1.6 mm into the table in a regrasp."""
+    done = children.run([program, "plan", "ur5_mesh_push", "--seed", seed, "--threads", 1, "--timeout", 20 * BUDGET, "-o", tmp_path], limit=280)
+    assert done.returncode == 0, done.stderr
+    checked = children.run([program, "check", tmp_path], limit=120)
+    assert checked.returncode == 0, checked.stdout
+
+
 def test_the_list_of_tasks_is_whole(root: Path) -> None:
     """Tasks of the tables of the thesis and of trajectory optimisation are not planned for."""
     names = {path.stem for path in (root / "tasks").glob("*.yaml")}
