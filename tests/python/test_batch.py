@@ -94,7 +94,7 @@ def test_plan_from_another_start_is_accepted_from_its_file(tmp_path: Path) -> No
     report = st.check_plan(again)
     assert report.pass_, [item for item in report.items if not item.pass_]
     done = children.run([ROOT / "build/release/stiction", "check", tmp_path / "plan.json"], limit=60)
-    assert done.returncode == 0 and "the start is a given one" in done.stdout
+    assert done.returncode == 0 and "the start was given by the caller" in done.stdout
 
 
 def commands(task: st.Task, n: int, steps: int) -> tuple[np.ndarray, np.ndarray]:

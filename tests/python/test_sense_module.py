@@ -359,7 +359,7 @@ def test_example_finds_the_contact_that_it_made() -> None:
 
 
 def test_series_of_the_tutorial_is_that_of_the_contact_that_it_states(sensor: st.Sensor) -> None:
-    said = re.search(r"computed from a push of (\d+) N on `(\S+)` at\s+\((\S+), (\S+), (\S+)\) m", TUTORIAL.read_text(encoding="utf-8"))
+    said = re.search(r"A force of (\d+) N pushes on `(\S+)` at\s+\((\S+), (\S+), (\S+)\) m", TUTORIAL.read_text(encoding="utf-8"))
     newton, link = float(said[1]), said[2]
     p_L = np.array([float(said[k].replace("−", "-")) for k in (3, 4, 5)])
     scenario = st.load_sensing_scenario(TUTORIAL.parent / "touch.yaml")
