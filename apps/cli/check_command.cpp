@@ -99,7 +99,7 @@ void print_report(std::FILE* to, const tasks::PlanFile& plan, const tasks::Check
   if (plan.start_from_command_line) say(to, "  the start was given by the caller, not by the task\n");
   if (plan.goal_from_command_line) say(to, "  the goal was given by the caller, not by the task\n");
   if (plan.options_from_command_line) say(to, "  the options were given by the caller, not by the task\n");
-  say(to, "  contacts with a force below {:.3g} N are not checked\n", report.threshold_N);
+  say(to, "  forces below {:.3g} N are not checked\n", report.threshold_N);
 }
 
 nlohmann::ordered_json report_json(const tasks::PlanFile& plan, const tasks::CheckReport& report, std::string_view verdict) {
