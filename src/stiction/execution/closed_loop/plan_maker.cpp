@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <exception>
-#include <limits>
 #include <thread>
 #include <utility>
 
@@ -56,13 +55,12 @@ bool PlanMaker::prepare(Preparation preparation) {
 /// Asks the planner. @returns false if the run is over
 bool PlanMaker::ask(const PlanRequest& request, Answer& answer) {
   robot_.enter(RunState::Replan);
-  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-  const Question question{.q = robot_.rest(),
+  Question question{.q = robot_.rest(),
                           .u = robot_.u(),
                           .number = out_.plans.size(),
                           .friction = request.with_scene_friction ? 1 : how_.friction,
-                          .is_short = request.is_short,
-                          .time_left = real_time_ ? kUnlimited : how_.duration - robot_.now()};
+                          .is_short = request.is_short};
+  if (!real_time_) question.time_left = how_.duration - robot_.now();
   const double begin = robot_.now();
   const auto work = [&](const core::RunControl& control) { answer = source_.ask(question, control); };
   const bool goes_on = real_time_ ? think_beside(work) : think_first(work, answer);

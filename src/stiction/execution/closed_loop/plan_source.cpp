@@ -1,6 +1,7 @@
 #include "stiction/execution/closed_loop/plan_source.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "stiction/core/processor_time.hpp"
@@ -134,9 +135,11 @@ void PlanSource::search(const Question& from, const core::RunControl& run, plann
   control.deadline = run.deadline ? std::min(*run.deadline, budget) : budget;
   double limit = how_.plan_processor_time.value_or(std::numeric_limits<double>::infinity());
   if (how_.planning_rate > 0 && !how_.plan_step_time) limit = std::min(limit, from.time_left * how_.planning_rate);
-  control.abandoned = [&run, limit, before = core::processor_time()] {
-    return (run.abandoned && run.abandoned()) || core::processor_time() - before > limit;
-  };
+  if (std::isfinite(limit)) {
+    control.abandoned = [&run, limit, before = core::processor_time()] {
+      return (run.abandoned && run.abandoned()) || core::processor_time() - before > limit;
+    };
+  }
   out.status = planning::plan_from(problem, from.u, options, control, out);
   if (out.status == Status::Cancelled && !run.cancelled()) out.status = Status::MaxIterations;
 }
