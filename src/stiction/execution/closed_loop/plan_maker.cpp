@@ -56,10 +56,10 @@ bool PlanMaker::prepare(Preparation preparation) {
 bool PlanMaker::ask(const PlanRequest& request, Answer& answer) {
   robot_.enter(RunState::Replan);
   Question question{.q = robot_.rest(),
-                          .u = robot_.u(),
-                          .number = out_.plans.size(),
-                          .friction = request.with_scene_friction ? 1 : how_.friction,
-                          .is_short = request.is_short};
+                    .u = robot_.u(),
+                    .number = out_.plans.size(),
+                    .friction = request.with_scene_friction ? 1 : how_.friction,
+                    .is_short = request.is_short};
   if (!real_time_) question.time_left = how_.duration - robot_.now();
   const double begin = robot_.now();
   const auto work = [&](const core::RunControl& control) { answer = source_.ask(question, control); };
