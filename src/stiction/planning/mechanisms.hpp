@@ -19,7 +19,7 @@ enum class Mechanism : unsigned {
   GraspChoice,     ///< of many postures in contact, those with the best local models are simulated
   StableReleases,  ///< objects must stay in place under tilted gravity while branches are released
   Restarts,        ///< a new tree replaces a tree that stalls
-  SlipperyTrees,   ///< every second tree plans with less friction
+  SlipperyTrees,   ///< two trees in three plan with less friction
 };
 inline constexpr std::array<std::string_view, 9> kMechanismNames = {
     "frontier", "chains", "sharpening", "force_cones", "preload", "grasp_choice", "stable_releases", "restarts", "slippery_trees"};

@@ -20,7 +20,7 @@ using core::Status;
 /// Keeps the seeds of later trees apart from the random draws of the first one.
 constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
 
-/// Options of every second tree, with less friction: objects slip out of the fingers before these hold them aloft, where they could not let
+/// Options of two trees in three, with less friction: objects slip out of the fingers before these hold them aloft, where they could not let
 /// go, and jam less between fingers and support. Not in planar scenes, where friction is all that moves things, nor with margins, which try
 /// less friction anyway.
 PlannerOptions slippery(PlannerOptions options, const world::Model& model) {
@@ -108,7 +108,7 @@ class Search {
   /// Plants a new tree. If the start does not rest with less friction, the tree has the friction of the scene.
   bool plant(GrowingTree& tree, PlanResult& out) {
     const ProfileClock::Scope scope(unstopped_.profile, Activity::Ends);
-    const bool slips = planted_ % 2 == 1 && plant(slippery_, tree, out);
+    const bool slips = planted_ % 3 != 2 && plant(slippery_, tree, out);
     if (!slips && !plant(setting_, tree, out)) return false;
     ++planted_;
     return true;

@@ -17,7 +17,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 PushTravel::PushTravel(const Model& model) : model_(model), kinematics_work_(model), contact_work_(model) {
   const world::RobotChains chains(model);
   for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) {
-    if (chains.touches_object(i)) (chains.mask_of_pair(i) != 0 ? pairs_ : resting_).push_back(i);
+    if (chains.touches_object(i) && chains.mask_of_pair(i) != 0) pairs_.push_back(i);
   }
 }
 
@@ -25,14 +25,6 @@ double PushTravel::calc(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) {
   world::calc_kinematics(model_, q0, kinematics_work_, from_);
   world::calc_kinematics(model_, q1, kinematics_work_, to_);
   return std::max({calc_of_objects(), calc_of_contacts(from_, to_), calc_of_contacts(to_, from_)});
-}
-
-bool PushTravel::is_carried(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) { return is_carried(q0) || is_carried(q1); }
-
-bool PushTravel::is_carried(const Eigen::VectorXd& q) {
-  world::calc_kinematics(model_, q, kinematics_work_, from_);
-  const double near = world::share::kContact * model_.scales().robots().length;
-  return contact::calc_min_distance(model_, from_, resting_, near, contact_work_) >= near;
 }
 
 double PushTravel::calc_of_objects() const {

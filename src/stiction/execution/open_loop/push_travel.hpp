@@ -17,16 +17,12 @@ class PushTravel {
   /// points of the robot that touch an object at q0 or q1.
   double calc(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
 
-  /// True if at q0 or q1 only robots touch the objects.
-  bool is_carried(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
-
  private:
-  bool is_carried(const Eigen::VectorXd& q);
   double calc_of_objects() const;
   double calc_of_contacts(const world::Kinematics& at_end, const world::Kinematics& other);
 
   const world::Model& model_;
-  std::vector<int> pairs_, resting_;  // pairs of objects with moving links; pairs of objects with everything else
+  std::vector<int> pairs_;  // of objects with moving links
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics from_, to_;
   contact::Workspace contact_work_;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/open_loop/firm_grip.hpp"
 #include "stiction/execution/open_loop/lag_allowance.hpp"
 #include "stiction/execution/open_loop/push_travel.hpp"
 #include "stiction/execution/open_loop/spring_load.hpp"
@@ -133,7 +134,9 @@ class Timer {
         room_(model, speeds.room),
         springs_(model, speeds) {}
 
-  Trajectory run(const Trajectory& in) {
+  Trajectory run(Trajectory in) {
+    carried_ = find_carried(model_, in);
+    tighten_grips(model_, carried_, in);
     add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
     for (const Piece& piece : in.pieces) add_piece(in, piece);
     return take();
@@ -193,7 +196,8 @@ class Timer {
     const bool free = kind == SegmentKind::Regrasp || moves_freely(model_, in, k);
     const double travel = free ? 0.0 : travel_.calc(in.q.col(k), in.q.col(k + 1));
     const double room = free ? room_.calc(in.u.col(k), in.u.col(k + 1), in.q.col(k), in.q.col(k + 1)) : speeds_.room;
-    const bool carried = !free && speeds_.start_time == 0 && travel_.is_carried(in.q.col(k), in.q.col(k + 1));
+    const auto at = static_cast<std::size_t>(k);
+    const bool carried = !free && speeds_.start_time == 0 && (carried_[at] != 0 || carried_[at + 1] != 0);
     Stretch out = stretch_between(speeds_, free, carried, travel, room, in, k);
     out.lead = Eigen::VectorXd::Zero(model_.n_a());
     if (lead_ != nullptr && !free) set_lead(in, k, out);
@@ -247,6 +251,7 @@ class Timer {
   const RunSpeeds& speeds_;
   DragFeedforward* lead_;
   double pause_;
+  std::vector<char> carried_;  // per given knot
   PushTravel travel_;
   LagAllowance room_;
   SpringLoad springs_;
