@@ -60,6 +60,32 @@ TEST_F(BadMesh, ColladaOfAnyUpAxis_KeepsTheNumbersOfTheFile) {
   }
 }
 
+/// Assimp would make a skeleton of the nodes, and its hull would be a body.
+TEST_F(BadMesh, ColladaWithoutTriangles_IsNoMesh) {
+  std::string text = collada_box("Z_UP"), nodes;
+  for (const char* place : {"1 0 0", "0 1 0", "0 0 1", "1 1 1"}) nodes += std::string("<node><translate>") + place + "</translate></node>";
+  const std::string instance = "<instance_geometry url='#g'/>";
+  text.replace(text.find(instance), instance.size(), nodes);
+  const auto file = write("a.dae", text);
+  EXPECT_NE(message_of([&] { load_mesh(file, Vector3d::Ones(), {NonConvex::TakeHulls, {}}); }).find("mesh: got"), std::string::npos);
+}
+
+TEST_F(BadMesh, FilesThatAreNoMesh_AreNamedByWhatTheyAre) {
+  const auto said = [&](const std::string& name, const std::string& bytes) {
+    const auto file = write(name, bytes);
+    return local(message_of([&] { load_mesh(file, Vector3d::Ones(), {NonConvex::TakeHulls, {}}); }));
+  };
+  for (const std::string name : {"a.stl", "a.obj", "a.dae"}) {
+    EXPECT_EQ(said(name, "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 2\n"),
+              name + ": mesh: got a pointer of Git LFS, expected a mesh; `git lfs pull` fetches the file itself");
+    EXPECT_EQ(said(name, "<!DOCTYPE html>\n<html/>"), name + ": mesh: got a web page, expected a mesh; download the file itself");
+  }
+  std::string stl(84 + 2 * 50, '\0');
+  stl[80] = 3;
+  EXPECT_EQ(said("a.stl", stl),
+            "a.stl: mesh: got a binary STL of 184 bytes that states 3 triangles, expected 234 bytes; the file may be cut off");
+}
+
 TEST_F(BadMesh, Open_SaysHowManyEdges) {
   test::ObjMesh mesh = test::make_l_prism();
   mesh.triangles.erase(mesh.triangles.begin() + 1);

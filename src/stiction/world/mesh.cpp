@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <map>
 #include <numeric>
 #include <string>
@@ -83,6 +84,7 @@ Soup read_triangles(const std::filesystem::path& file, const std::string& bytes)
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   // Keep the coordinates of the file, as Coal and ROS tools do: <up_axis> only tells a viewer how to show them.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // Assimp would draw the nodes of a file without triangles
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
   if (scene == nullptr) fail(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   Soup soup;
@@ -102,14 +104,28 @@ Soup read_triangles(const std::filesystem::path& file, const std::string& bytes)
   return soup;
 }
 
+/// Checks for contents that are no mesh, of which Assimp's messages do not tell.
+void require_contents(const std::filesystem::path& file, const MeshFile& contents) {
+  const std::string_view bytes = contents.bytes;
+  if (const auto found = find_stand_in(bytes)) fail(file, found->what, fmt::format("a mesh; {}", found->remedy));
+  constexpr std::size_t kHeader = 84, kTriangle = 50;  // bytes of a binary STL; its header ends with the number of triangles
+  if (contents.extension != ".stl" || bytes.size() < kHeader || bytes.substr(0, kHeader).find('\0') == std::string_view::npos) return;
+  std::uint32_t count = 0;
+  std::memcpy(&count, bytes.data() + kHeader - 4, 4);
+  if (const std::size_t size = kHeader + kTriangle * count; size != bytes.size())
+    fail(file, fmt::format("a binary STL of {} bytes that states {} triangles", bytes.size(), count),
+         fmt::format("{} bytes; the file may be cut off", size));
+}
+
 MeshFile read_file(const std::filesystem::path& file, const Vector3d& scale) {
   if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL, OBJ or DAE file");
   if (!scale.allFinite() || scale.cwiseAbs().minCoeff() <= 0) fail(file, "a scale that is 0 or not finite", "three numbers other than 0");
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension != ".stl" && extension != ".obj" && extension != ".dae") fail(file, fmt::format("'{}'", extension), ".stl, .obj or .dae");
-  std::string bytes = read_bytes(file);
-  return {std::move(extension), std::move(bytes)};
+  MeshFile out{std::move(extension), read_bytes(file)};
+  require_contents(file, out);
+  return out;
 }
 
 /// Corners of the triangles (3 × 3n), scaled.

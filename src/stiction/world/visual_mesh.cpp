@@ -90,6 +90,7 @@ std::vector<ColoredMesh> load_visual_mesh(const fs::path& file, const Eigen::Vec
   importer.SetIOHandler(new MeshFolder(file));  // the importer deletes it
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // as in load_mesh()
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
   if (scene == nullptr) fail_visual(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   std::vector<ColoredMesh> parts;

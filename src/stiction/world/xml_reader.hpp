@@ -72,11 +72,8 @@ class XmlReader {
     return numbers(at, attribute, required(at, attribute), 4, false);
   }
 
-  Pose origin(const XMLElement& at) const {
-    const XMLElement* element = at.FirstChildElement("origin");
-    if (element == nullptr) return {};
-    return {rotation_from_rpy(vector3(*element, "rpy", Eigen::Vector3d::Zero())), vector3(*element, "xyz", Eigen::Vector3d::Zero())};
-  }
+  /// Reads the pose of <origin>, whose rotation is `rpy` or, since version 1.2 of the format, `quat_xyzw`.
+  Pose origin(const XMLElement& at) const;
 
   /// Reads a text that is a number, with or without blanks around it; nullopt for any other text.
   /// @param infinite_allowed  false: the number must be finite
