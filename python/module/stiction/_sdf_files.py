@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import copy
 import io
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
 
 from ._core import InvalidInput
 from ._extras import require
 
-LEFT_OUT = ("visual", "sensor", "plugin", "light", "gui", "scene", "physics", "gravity", "magnetic_field", "atmosphere", "spherical_coordinates", "wind", "audio")
+LEFT_OUT = ("state", "visual", "sensor", "plugin", "light", "gui", "scene", "physics", "gravity", "magnetic_field", "atmosphere", "spherical_coordinates", "wind", "audio")
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 DEEPEST = 100  # elements in each other; nested models have four each
+UNREAD = {"world": ("state",), "link": ("gravity",), "collision": ("submesh", "torsional", "collide_bitmask", "collide_without_contact", "mu2")}  # that act in Gazebo
 
 
 def is_deep(root: ET.Element) -> bool:
@@ -45,6 +50,7 @@ class Files:
         self.texts: dict[Path, ET.Element] = {}  # as they are written
         self.meshes: dict[str, Path] = {}  # by what stands in for them
         self.open: list[Path] = []  # each includes the next one
+        self.unread: dict[str, list[str]] = {}  # names of what has an element of UNREAD
 
     def add(self, file: Path) -> Path:
         """The copy of a file."""
@@ -57,6 +63,12 @@ class Files:
         self.open.append(path)
         self.texts[path] = copy.deepcopy(root)
         self.copies[path] = self.temporary / f"{len(self.copies)}.sdf"
+        self._note_unread(root)
+        for friction in root.iter("ode"):  # Drake takes the second direction for sliding, and no more friction of it than at rest
+            for second in friction.findall("mu2"):
+                friction.remove(second)
+            if (first := friction.find("mu")) is not None:
+                ET.SubElement(friction, "mu2").text = first.text
         for element in list(root.iter()):
             for child in [child for child in element if child.tag in LEFT_OUT]:
                 element.remove(child)
@@ -69,6 +81,22 @@ class Files:
         self.copies[path].write_bytes(ET.tostring(root, encoding="utf-8"))
         self.open.pop()
         return self.copies[path]
+
+    def _note_unread(self, root: ET.Element) -> None:
+        for owner, tags in UNREAD.items():
+            for element in root.iter(owner):
+                for tag in tags:
+                    found = [child for child in element.iter(tag) if owner != "world" or child in element]
+                    if tag == "gravity":  # on unless it says otherwise
+                        found = [child for child in found if (child.text or "").strip() in ("0", "false")]
+                    if tag == "mu2":
+                        found = [child for ode in element.iter("ode") for child in ode.findall(tag) if (child.text or "").strip() != (ode.findtext("mu") or "1").strip()]
+                    if found:
+                        self.unread.setdefault(f"<{tag}> of {owner}s", []).append(element.get("name", ""))
+
+    def notes(self) -> list[str]:
+        parts = [f"{what} {', '.join(dict.fromkeys(names))}" for what, names in self.unread.items()]
+        return [f"not read: {'; '.join(parts)}"] if parts else []
 
     def _stand_in(self, mesh: Path) -> Path:
         """A mesh for Drake, which needs no more than that there is one, and does not read all formats."""
@@ -95,25 +123,57 @@ class Files:
             raise InvalidInput(f"{file}: root element: got '{root.tag}', expected 'sdf'")
         if is_deep(root):
             raise InvalidInput(f"{file}: sdf: got more than {DEEPEST} elements in each other, expected fewer")
+        if root.get("version") is None:
+            raise InvalidInput(f'{file}: sdf: got no version, expected one, as in <sdf version="1.9">')
+        _check_inertials(root, file)
         return root
 
     def _find(self, uri: str, file: Path) -> Path:
+        """As the URI is written, or with %20 and the like decoded, or with the '\\' of another system."""
+        decoded = unquote(uri)
+        places = [self._place(text, file) for text in dict.fromkeys((uri, decoded, decoded.replace("\\", "/")))]
+        found = next((place for place in places if place.exists()), None)
+        if found is None:
+            raise InvalidInput(f"{file}: uri: got '{uri}', so {places[0]}, which does not exist, expected a file")
+        return found
+
+    def _place(self, uri: str, file: Path) -> Path:
         scheme, mark, rest = uri.strip().partition("://")
         if not mark:
-            found = file.resolve().parent / scheme
-        elif scheme == "file":
-            found = file.resolve().parent / rest
-        elif scheme in ("model", "package"):
+            return file.resolve().parent / scheme
+        if scheme == "file":
+            return file.resolve().parent / rest
+        if scheme in ("model", "package"):
             name, _, below = rest.partition("/")
             if name not in self.folders:
                 known = ", ".join(sorted(self.folders)) or "none"
                 raise InvalidInput(f"{file}: uri: got '{uri}', expected a folder with a model.config or package.xml near the file, or package_dirs; there are: {known}")
-            found = self.folders[name] / below
-        else:
-            raise InvalidInput(f"{file}: uri: got '{uri}', expected model://, package://, file:// or a path: nothing is fetched from elsewhere")
-        if not found.exists():
-            raise InvalidInput(f"{file}: uri: got '{uri}', so {found}, which does not exist, expected a file")
-        return found
+            return self.folders[name] / below
+        raise InvalidInput(f"{file}: uri: got '{uri}', expected model://, package://, file:// or a path: nothing is fetched from elsewhere")
+
+
+def _check_inertials(root: ET.Element, file: Path) -> None:
+    """Drake names neither the link nor the number, and gives a link of no mass 1 kg."""
+    for link in root.iter("link"):
+        for inertial in link.findall("inertial"):
+            name, mass = link.get("name", ""), _number(inertial.findtext("mass"), 1.0)
+            if not (math.isfinite(mass) and mass > 0):
+                raise InvalidInput(f"{file}: link '{name}': got a mass of {inertial.findtext('mass')}, expected a number > 0")
+            terms = inertial.find("inertia")
+            if terms is None:
+                continue
+            xx, yy, zz, xy, xz, yz = (_number(terms.findtext(tag), 1.0 if tag[1] == tag[2] else 0.0) for tag in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+            matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            moments = np.linalg.eigvalsh(matrix) if np.isfinite(matrix).all() else np.full(3, np.nan)
+            if not (moments[0] >= -1e-9 * abs(moments[2]) and moments[2] <= 1.01 * (moments[0] + moments[1])):
+                raise InvalidInput(f"{file}: link '{name}': got an <inertia> that no body can have, expected moments > 0, none larger than the other two together")
+
+
+def _number(text: str | None, default: float) -> float:
+    try:
+        return default if text is None else float(text)
+    except ValueError:
+        return math.nan
 
 
 def model_in(place: Path) -> Path:
@@ -131,6 +191,9 @@ def model_in(place: Path) -> Path:
 
 def load_mesh(path: Path) -> Any:
     """A mesh of a format that MuJoCo does not read, in metres."""
+    with path.open("rb") as start:
+        if start.read(40).startswith(b"version https://git-lfs.github.com"):
+            raise InvalidInput(f"{path}: got a pointer of Git LFS, expected a mesh; `git lfs pull` fetches the file itself")
     trimesh = require("sdf", f"{path}", "trimesh")
     if path.suffix.lower() == ".dae":
         require("sdf", f"{path}", "collada")

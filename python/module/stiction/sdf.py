@@ -63,10 +63,13 @@ def make_mjcf(source: Path, target: Path | None = None, *, package_dirs: Iterabl
         files = Files(folders_of_models(source, [Path(place) for place in package_dirs]), Path(folder))
         main = files.add(source)
         plant, inspector = _load(source, main, files)
+        for line in said:
+            if "Using default value" in line:  # for a size that no shape can have
+                raise InvalidInput(f"{source}: sdf: got '{files.name(line)}', expected numbers > 0")
         converted = _Conversion(source, target, plant, inspector, files)
     ET.indent(converted.root)
     text = MADE + source.name.replace("--", "- -").encode() + b" -->\n" + ET.tostring(converted.root, encoding="utf-8") + b"\n"
-    return text, converted.notes + [files.name(line) for line in said]
+    return text, converted.notes + files.notes() + [files.name(line) for line in dict.fromkeys(said)]
 
 
 def is_sdf(file: str | os.PathLike[str]) -> bool:
@@ -148,8 +151,10 @@ class _Conversion:
         self.notes: list[str] = []
         self.root = ET.Element("mujoco", model=source.stem)
         ET.SubElement(self.root, "compiler", angle="radian", balanceinertia="true", inertiafromgeom="false", autolimits="true")
-        gravity = texts[0].findtext("world/gravity")
-        ET.SubElement(self.root, "option", gravity=gravity if gravity is not None else "0 0 -9.8")
+        gravity = texts[0].findtext("world/gravity", "0 0 -9.8")
+        if len(gravity.split()) != 3:
+            raise InvalidInput(f"{source}: gravity: got '{gravity}', expected three numbers")
+        ET.SubElement(self.root, "option", gravity=gravity)
         self.assets = ET.SubElement(self.root, "asset")
         self.meshes: dict[tuple[str, tuple[float, ...]], str] = {}
         self.names: dict[Any, str] = {}
@@ -256,10 +261,17 @@ class _Conversion:
         if joint.default_damping_vector()[0] > 0:
             made.set("damping", _numbers(joint.default_damping_vector()))
         self._add_spring(made, joint)
+        if (friction := self._friction_of(joint.name())) > 0:
+            made.set("frictionloss", _numbers([friction]))
         actuator = self.actuators.get(joint.index())
         effort = abs(float(actuator.effort_limit())) if actuator is not None else 0.0
         if (math.isfinite(effort) and effort > 0) or joint.name() in self.named_by_plugins:
             self.motors.append((name, effort if effort > 0 else math.inf))
+
+    def _friction_of(self, joint: str) -> float:
+        """Dry friction, which Drake does not read: the largest of the joints of that name."""
+        found = (element.findtext("axis/dynamics/friction") for text in self.files.texts.values() for element in text.iter("joint") if element.get("name") == joint)
+        return max((float(friction) for friction in found if friction is not None), default=0.0)
 
     def _add_spring(self, made: ET.Element, joint: Any) -> None:
         for i in range(self.plant.num_force_elements()):
