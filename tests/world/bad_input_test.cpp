@@ -86,6 +86,14 @@ TEST_F(BadInput, SecondDocument_IsRefusedRatherThanPassedOver) {
     EXPECT_EQ(message(text).find("document"), std::string::npos) << text;
 }
 
+TEST_F(BadInput, NumbersBeyondAllSizes_AreRefused) {
+  EXPECT_EQ(message("gravity: [0, 0, -1e300]\n"), "scene.yaml:1: gravity[2]: got -1e300, expected a number of at most 1e+50");
+  write("far.urdf",
+        "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'><origin xyz='1e300 0 0'/><parent link='a'/>"
+        "<child link='b'/></joint></robot>");
+  EXPECT_EQ(message("robots: [{name: r, urdf: far.urdf}]"), "far.urdf:1: origin xyz: got '1e300 0 0', expected 3 finite numbers");
+}
+
 TEST_F(BadInput, EmptyFile_IsNamedByItsFirstLine) {
   EXPECT_EQ(message(""), "scene.yaml:1: top level: got nothing, expected a map");
   EXPECT_EQ(message("# to do\n"), "scene.yaml:1: top level: got nothing, expected a map");

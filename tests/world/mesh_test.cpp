@@ -5,6 +5,7 @@
 
 #include "stiction/world/model.hpp"
 #include "stiction/world/shapes.hpp"
+#include "stiction/world/visual_mesh.hpp"
 #include "support/message_of.hpp"
 #include "world/mesh_files.hpp"
 
@@ -84,6 +85,18 @@ TEST_F(BadMesh, FilesThatAreNoMesh_AreNamedByWhatTheyAre) {
   stl[80] = 3;
   EXPECT_EQ(said("a.stl", stl),
             "a.stl: mesh: got a binary STL of 184 bytes that states 3 triangles, expected 234 bytes; the file may be cut off");
+}
+
+/// Assimp would read the first wrong index until the memory is full.
+TEST_F(BadMesh, ColladaWithIndicesThatAreNoNumbers_IsRefused) {
+  for (const char* wrong : {"0>", "0.5", "x", "0,"}) {
+    std::string text = collada_box("Z_UP");
+    text.insert(text.find("<p>") + 3, wrong + std::string(" "));
+    const auto file = write("a.dae", text);
+    const std::string said = local(message_of([&] { load_mesh(file, Vector3d::Ones(), {NonConvex::TakeHulls, {}}); }));
+    EXPECT_NE(said.find("among the indices of its triangles, expected whole numbers"), std::string::npos) << said;
+    EXPECT_EQ(local(message_of([&] { (void)load_visual_mesh(file, Vector3d::Ones()); })), said);
+  }
 }
 
 TEST_F(BadMesh, Open_SaysHowManyEdges) {

@@ -145,6 +145,14 @@ TEST(MjcfFiles, NumbersThatAreNone_AreRefusedByElementAndAttribute) {
   EXPECT_NE(message("", "", "", "forcerange='nan 1'").find("ranges of the actuators 'm'"), std::string::npos);
 }
 
+/// Sizes of a file are for its simulation. MuJoCo would refuse the first, and take minutes for the others.
+TEST(MjcfFiles, SizesOfTheSimulation_AreNotMade) {
+  for (const char* size : {"memory='100T'", "nuserdata='2000000000'", "nuser_body='2000000000'", "njmax='2000000000'"}) {
+    const fs::path file = write_mjcf(std::string("<size ") + size + "/>" + kBall);
+    EXPECT_EQ(message_of_file(file), "") << size;
+  }
+}
+
 TEST(MjcfFiles, MotorWithoutABound_HasNoEffort) {
   const fs::path file = write_mjcf(R"(<worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
     <actuator><motor joint="j" ctrlrange="-inf inf"/></actuator>)");

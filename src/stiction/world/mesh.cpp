@@ -15,7 +15,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <map>
 #include <numeric>
 #include <string>
@@ -28,6 +27,7 @@
 #include "stiction/world/decomposition.hpp"
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/hull_cache.hpp"
+#include "stiction/world/mesh_contents.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
 
@@ -104,19 +104,6 @@ Soup read_triangles(const std::filesystem::path& file, const std::string& bytes)
   return soup;
 }
 
-/// Checks for contents that are no mesh, of which Assimp's messages do not tell.
-void require_contents(const std::filesystem::path& file, const MeshFile& contents) {
-  const std::string_view bytes = contents.bytes;
-  if (const auto found = find_stand_in(bytes)) fail(file, found->what, fmt::format("a mesh; {}", found->remedy));
-  constexpr std::size_t kHeader = 84, kTriangle = 50;  // bytes of a binary STL; its header ends with the number of triangles
-  if (contents.extension != ".stl" || bytes.size() < kHeader || bytes.substr(0, kHeader).find('\0') == std::string_view::npos) return;
-  std::uint32_t count = 0;
-  std::memcpy(&count, bytes.data() + kHeader - 4, 4);
-  if (const std::size_t size = kHeader + kTriangle * count; size != bytes.size())
-    fail(file, fmt::format("a binary STL of {} bytes that states {} triangles", bytes.size(), count),
-         fmt::format("{} bytes; the file may be cut off", size));
-}
-
 MeshFile read_file(const std::filesystem::path& file, const Vector3d& scale) {
   if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL, OBJ or DAE file");
   if (!scale.allFinite() || scale.cwiseAbs().minCoeff() <= 0) fail(file, "a scale that is 0 or not finite", "three numbers other than 0");
@@ -124,7 +111,7 @@ MeshFile read_file(const std::filesystem::path& file, const Vector3d& scale) {
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension != ".stl" && extension != ".obj" && extension != ".dae") fail(file, fmt::format("'{}'", extension), ".stl, .obj or .dae");
   MeshFile out{std::move(extension), read_bytes(file)};
-  require_contents(file, out);
+  require_mesh_contents(file, out.bytes);
   return out;
 }
 

@@ -22,6 +22,16 @@ struct Delete {
   throw core::InvalidInput(fmt::format("{}: mjcf: got {}, expected {}", file.string(), got, expected));
 }
 
+/// Lets MuJoCo choose all sizes: those of a file are for its simulation, and may be gigabytes.
+void leave_out_sizes(mjSpec& spec) {
+  spec.memory = spec.nstack = -1;
+  spec.njmax = spec.nconmax = -1;
+  spec.nuserdata = 0;
+  for (int* size : {&spec.nuser_body, &spec.nuser_jnt, &spec.nuser_geom, &spec.nuser_site, &spec.nuser_cam, &spec.nuser_tendon,
+                    &spec.nuser_actuator, &spec.nuser_sensor})
+    *size = -1;
+}
+
 }  // namespace
 
 CompiledMjcf compile_mjcf(const std::string& text, const std::filesystem::path& folder, const std::filesystem::path& name,
@@ -43,6 +53,7 @@ CompiledMjcf compile_mjcf(const std::string& text, const std::filesystem::path& 
     fail_mjcf(name, fmt::format("'{}'", said), "a file that MuJoCo compiles");
   };
   if (parsed == nullptr) refuse(report.failed ? report.error : error);
+  leave_out_sizes(*parsed);
   leave_out_missing_files(parsed, notes);
   parsed->compiler.usethread = 0;  // call_mujoco() does not receive messages of other threads
   mjModel* compiled = nullptr;

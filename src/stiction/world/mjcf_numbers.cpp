@@ -10,14 +10,15 @@
 #include <vector>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/number.hpp"
 #include "stiction/world/robot_tree.hpp"
 
 namespace stiction::world {
 namespace {
 
-bool is_finite(mjtNum x) { return std::isfinite(x); }
+bool is_finite(mjtNum x) { return std::abs(x) <= core::kLargestNumber; }
 bool is_number(mjtNum x) { return !std::isnan(x); }
-bool is_finite_or_none(mjtNum x) { return std::isfinite(x) && x >= 0; }
+bool is_finite_or_none(mjtNum x) { return is_finite(x) && x >= 0; }
 
 /// Looks through one compiled model.
 class NumberChecker {

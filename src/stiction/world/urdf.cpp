@@ -209,7 +209,7 @@ double read_speed_limit(const XmlReader& reader, const XMLElement& joint, const 
   const auto speed = reader.try_number(text, true);
   if (!speed || *speed < 0)
     reader.fail(limit, reader.label(joint) + " velocity", fmt::format("'{}'", text), "a number > 0, or 0 where it is not known");
-  return *speed > 0 ? *speed : kInfinity;
+  return *speed > 0 && *speed <= core::kLargestNumber ? *speed : kInfinity;
 }
 
 /// Notes on limits that are probably not meant, or that the maker narrowed in another place.
@@ -233,7 +233,7 @@ void read_limits(const XmlReader& reader, const XMLElement& element, Source& sou
     const double effort = reader.number(*limit, "effort", true);
     if (effort < 0)
       reader.fail(*limit, reader.label(element) + " effort", fmt::format("{}", effort), "a number > 0, or 0 where it is not known");
-    if (effort > 0 && std::isfinite(effort)) joint.effort = effort;
+    if (effort > 0 && effort <= core::kLargestNumber) joint.effort = effort;
   }
   if (limit != nullptr) joint.speed_limit = read_speed_limit(reader, element, *limit);
   if (continuous || limit == nullptr || (limit->Attribute("lower") == nullptr && limit->Attribute("upper") == nullptr)) {

@@ -76,7 +76,7 @@ class XmlReader {
   Pose origin(const XMLElement& at) const;
 
   /// Reads a text that is a number, with or without blanks around it; nullopt for any other text.
-  /// @param infinite_allowed  false: the number must be finite
+  /// @param infinite_allowed  false: the number must be finite, and at most core::kLargestNumber
   static std::optional<double> try_number(std::string_view text, bool infinite_allowed) {
     const auto values = try_numbers(text, 1, infinite_allowed);
     return values ? std::optional((*values)[0]) : std::nullopt;
@@ -90,7 +90,7 @@ class XmlReader {
     for (int i = 0; i < n; ++i) {
       skip();
       const auto value = core::take_number(text);
-      if (!value || !(std::isfinite(*value) || (infinite_allowed && !std::isnan(*value)))) return std::nullopt;
+      if (!value || !(std::abs(*value) <= core::kLargestNumber || (infinite_allowed && !std::isnan(*value)))) return std::nullopt;
       out[i] = *value;
     }
     skip();

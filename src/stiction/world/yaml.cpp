@@ -278,6 +278,7 @@ double YamlNode::number() const {
   if (!is_number()) fail("a number");
   const double value = *read_number(data_->scalar);
   if (!std::isfinite(value)) fail("a finite number");
+  if (std::abs(value) > core::kLargestNumber) fail(fmt::format("a number of at most {}", core::kLargestNumber));
   return value;
 }
 
