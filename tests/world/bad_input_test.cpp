@@ -86,6 +86,11 @@ TEST_F(BadInput, SecondDocument_IsRefusedRatherThanPassedOver) {
     EXPECT_EQ(message(text).find("document"), std::string::npos) << text;
 }
 
+TEST_F(BadInput, Byte0_IsRefused) {
+  using namespace std::string_literals;
+  EXPECT_EQ(message("name: a\ngravity: [0, 0, \0-9.81]\n"s), "scene.yaml:2: file: got a byte 0, expected text");
+}
+
 TEST_F(BadInput, NumbersBeyondAllSizes_AreRefused) {
   EXPECT_EQ(message("gravity: [0, 0, -1e300]\n"), "scene.yaml:1: gravity[2]: got -1e300, expected a number of at most 1e+50");
   write("far.urdf",

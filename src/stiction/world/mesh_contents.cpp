@@ -35,7 +35,12 @@ void require_dae_indices(const std::filesystem::path& file, std::string_view byt
   for (auto at = bytes.find(kElement); at != std::string_view::npos; at = bytes.find(kElement, at + 1)) {
     const std::size_t begin = at + kElement.size(), end = std::min(bytes.find('<', begin), bytes.size());
     const std::size_t wrong = bytes.find_first_not_of("+-0123456789 \t\r\n", begin);
-    if (wrong < end) fail(file, fmt::format("'{}' among the indices of its triangles", bytes[wrong]), "whole numbers");
+    if (wrong >= end) continue;
+    const auto c = static_cast<unsigned char>(bytes[wrong]);
+    fail(file,
+         fmt::format("{} among the indices of its triangles",
+                     std::isprint(c) != 0 ? fmt::format("'{}'", bytes[wrong]) : fmt::format("a byte {:#04x}", c)),
+         "whole numbers");
   }
 }
 

@@ -147,6 +147,10 @@ YamlNode YamlNode::parse(const std::string& text, const std::filesystem::path& f
   if (const auto line = line_of_foreign_bytes(text)) {
     throw InvalidInput(fmt::format("{}: got bytes that are not UTF-8, expected text in UTF-8", locate(file, *line, "file")));
   }
+  if (const auto at = text.find('\0'); at != std::string::npos) {
+    const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n') + 1;
+    throw InvalidInput(fmt::format("{}: got a byte 0, expected text", locate(file, static_cast<int>(line), "file")));
+  }
   if (const auto found = find_stand_in(text))
     throw InvalidInput(fmt::format("{}: got {}, expected YAML; {}", locate(file, 1, "file"), found->what, found->remedy));
   if (const auto first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); first != std::string::npos && text[first] == '<')
