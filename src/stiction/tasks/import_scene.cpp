@@ -40,10 +40,12 @@ std::string quoted(const std::string& name) {
   return word && std::find(std::begin(kMeanings), std::end(kMeanings), name) == std::end(kMeanings) ? name : in_quotes(name);
 }
 
-std::vector<std::string> quote_all(const std::vector<std::string>& names) {
-  std::vector<std::string> out;
-  for (const std::string& name : names) out.push_back(quoted(name));
-  return out;
+/// Names for a comment, which ends with its line.
+std::vector<std::string> in_one_line(std::vector<std::string> names) {
+  for (std::string& name : names) {
+    if (std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < ' '; })) name = in_quotes(name);
+  }
+  return names;
 }
 
 std::string number(double x) { return fmt::format("{:.6g}", x + 0.0); }
@@ -133,9 +135,9 @@ class SceneImporter {
       if (place.moved_by.empty()) places.push_back(place.name);
     }
     std::string out = fmt::format("# Robot: {} joint{} ({}).\n# Objects, and the only bodies that move beside it: {}.\n", joints.size(),
-                                  joints.size() == 1 ? "" : "s", world::list_some(quote_all(joints)), fmt::join(objects, ", "));
+                                  joints.size() == 1 ? "" : "s", world::list_some(in_one_line(joints)), fmt::join(objects, ", "));
     if (keyframes.size() > 1) out += fmt::format("# Keyframes: {}.\n", fmt::join(keyframes, ", "));
-    if (!places.empty()) out += fmt::format("# Places for `at` of a goal: {}.\n", world::list_some(quote_all(places)));
+    if (!places.empty()) out += fmt::format("# Places for `at` of a goal: {}.\n", world::list_some(in_one_line(places)));
     out += fmt::format("scene:\n  file: {}\n", quoted_path());
     if (found_.fixed_base) out += "  robot: {fixed_base: true}\n";
     out += fmt::format("  objects: [{}]\n", fmt::join(names, ", "));
