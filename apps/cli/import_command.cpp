@@ -28,6 +28,8 @@ bool is_sdf(const fs::path& file) {
 
 void require_new(const fs::path& file) {
   if (fs::exists(file)) core::throw_invalid("-o", fmt::format("'{}', which is there already", file.string()), "a file that is not there");
+  if (file.has_parent_path() && !fs::is_directory(file.parent_path()))
+    core::throw_invalid("-o", fmt::format("'{}', whose folder does not exist", file.string()), "a file in a folder that is there");
 }
 
 /// Where the MJCF of an SDF is written.
@@ -36,7 +38,7 @@ fs::path mjcf_beside(const fs::path& out, const fs::path& file) {
     core::throw_invalid("-o", "none", fmt::format("a task file, beside which the MJCF of {} is written", file.filename().string()));
   fs::path mjcf = out;
   mjcf.replace_extension(".xml");
-  for (const fs::path& made : {out, mjcf}) require_new(made);
+  require_new(mjcf);
   return mjcf;
 }
 
@@ -44,6 +46,7 @@ int run_import(const ImportArguments& arguments) {
   const fs::path out = arguments.out;
   const fs::path folder = out.empty() || !out.has_parent_path() ? fs::current_path() : out.parent_path();
   fs::path file = arguments.file;
+  if (!out.empty()) require_new(out);
   if (is_sdf(file)) {
     const fs::path mjcf = mjcf_beside(out, file);
     const int code = run_python("import", Packages::Module, {"stiction", "sdf", file.string(), mjcf.string()});
@@ -56,7 +59,6 @@ int run_import(const ImportArguments& arguments) {
     say(stdout, "{}", text);
     return kDone;
   }
-  require_new(out);
   std::ofstream written(out, std::ios::binary);
   written << text;
   written.close();

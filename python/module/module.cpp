@@ -3,14 +3,31 @@
 #include "stiction/core/status.hpp"
 #include "stiction/core/version.hpp"
 
+namespace nb = nanobind;
+
+namespace {
+
+/// Raises InvalidInput. Messages quote files, whose bytes need not be UTF-8.
+void raise_invalid_input(const std::exception_ptr& error, void* type) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const stiction::core::InvalidInput& e) {
+    const std::string_view what = e.what();
+    const nb::object text = nb::steal(PyUnicode_DecodeUTF8(what.data(), static_cast<Py_ssize_t>(what.size()), "backslashreplace"));
+    PyErr_SetObject(static_cast<PyObject*>(type), text.ptr());
+  }
+}
+
+}  // namespace
+
 NB_MODULE(_core, m) {
-  namespace nb = nanobind;
   using stiction::core::Status;
   nb::set_leak_warnings(
       false);  // what threads of an interrupted program hold is freed with the process, and is no fault of who interrupts it
   m.doc() = "Robot motion through contact.";
   m.def("version", &stiction::core::version, "Returns the version of the library as MAJOR.MINOR.PATCH.");
-  nb::exception<stiction::core::InvalidInput>(m, "InvalidInput", PyExc_ValueError);
+  const nb::exception<stiction::core::InvalidInput> invalid(m, "InvalidInput", PyExc_ValueError);
+  nb::register_exception_translator(raise_invalid_input, invalid.ptr());
   nb::enum_<Status>(m, "Status", "Outcome of a numerical procedure. Wrong arguments raise InvalidInput instead.")
       .value("Solved", Status::Solved, "the procedure reached its tolerance or goal")
       .value("MaxIterations", Status::MaxIterations,

@@ -57,5 +57,14 @@ TEST(RequireNonnegative, NegativeAndNan_AreRefused) {
   EXPECT_NO_THROW(require_nonnegative("mu", 0.0));
 }
 
+/// Their squares and cubes would be infinite.
+TEST(RequireFinite, NumbersBeyondAllSizes_AreRefused) {
+  EXPECT_EQ(message([] { require_finite("x", 1e300); }), "x: got 1e+300, expected a number of at most 1e+50");
+  const double values[] = {0, 1e50, -1e51};
+  EXPECT_EQ(message([&] { require_finite("q", values); }), "q[2]: got -1e+51, expected a number of at most 1e+50");
+  EXPECT_EQ(message([] { require_positive("m", 1e300); }), "m: got 1e+300, expected a number of at most 1e+50");
+  EXPECT_EQ(message([] { require_nonnegative("mu", 1e300); }), "mu: got 1e+300, expected a number of at most 1e+50");
+}
+
 }  // namespace
 }  // namespace stiction::core

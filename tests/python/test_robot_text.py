@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import shutil
 import sys
@@ -72,3 +73,15 @@ def test_another_text_is_another_scene(tmp_path: Path) -> None:
 def test_mistakes_name_field_and_line(urdf: str, message: str) -> None:
     with pytest.raises(st.InvalidInput, match=message):
         st.Task(task_of(urdf=urdf))
+
+
+def test_messages_quote_names_in_any_encoding(tmp_path: Path) -> None:
+    """A folder of an old system, in Latin-1."""
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/gr\xfcn"))
+    folder.mkdir()
+    (folder / "r.urdf").write_text("<robot name='r'/>")
+    (folder / "scene.yaml").write_text("robots: [{name: r, urdf: r.urdf}]")
+    with pytest.raises(st.InvalidInput, match=r"gr\\xfcn/r.urdf:1: robot: got no link, expected at least one"):
+        st.load_model(folder / "scene.yaml")
+    with pytest.raises(st.InvalidInput, match=r"robots\[0\].urdf: got '.*', which has no UTF-8, expected text in UTF-8"):
+        st.load_model({"robots": [{"name": "r", "urdf": folder / "r.urdf"}]})

@@ -82,6 +82,15 @@ def test_files_that_are_no_sdf_are_named(tmp_path: Path) -> None:
         convert_sdf(tmp_path / "b.sdf", tmp_path / "b.xml")
 
 
+def test_what_drake_would_not_name_is_named_before(folder: Path) -> None:
+    assert refused(folder / "a.sdf", SCENE.replace(' version="1.9"', "", 1)) == 'a.sdf: sdf: got no version, expected one, as in <sdf version="1.9">'
+    for mass in ("0", "-1", "nan", "heavy"):  # Drake would take 1 kg for the first
+        text = SCENE.replace("<mass>1.5</mass>", f"<mass>{mass}</mass>")
+        assert refused(folder / "a.sdf", text) == f"a.sdf: link 'base': got a mass of {mass}, expected a number > 0"
+    text = SCENE.replace("<ixx>.01</ixx>", "<ixx>1</ixx>")
+    assert "a.sdf: link 'base': got an <inertia> that no body can have, expected" in refused(folder / "a.sdf", text)
+
+
 def test_without_drake_the_extra_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pydrake", None)
     with pytest.raises(st.MissingExtra, match=r"SDF files: no Python module 'pydrake'; `pip install 'stiction\[sdf\]'` brings it"):
@@ -267,6 +276,41 @@ def test_joints_without_an_effort_are_motors_where_a_plugin_names_them(folder: P
     (folder / "scene.sdf").write_text(SCENE.replace("</model>\n</world>", plugin))
     convert_sdf(folder / "scene.sdf", folder / "scene.xml")
     assert st.import_scene(folder / "scene.xml").model.joint_names == ["robot/shoulder", "robot/slide", "robot/hinge"]
+
+
+@needs_drake
+def test_friction_of_contacts_and_joints(folder: Path) -> None:
+    """One direction alone is enough, where the other one is 1 by the format, and more than Drake takes."""
+    (folder / "peg" / "model.sdf").write_text(PEG.replace("<mu2>.4</mu2>", ""))
+    (folder / "scene.sdf").write_text(SCENE.replace("<damping>.3</damping>", "<damping>.3</damping><friction>.25</friction>"))
+    assert not [note for note in convert_sdf(folder / "scene.sdf", folder / "scene.xml") if "mu2" in note]
+    model = st.import_scene(folder / "scene.xml").model
+    assert [g.friction for g in model.geometries if model.bodies[g.body].name == "peg_a"] == pytest.approx([0.4])
+    assert [dof.friction for dof in model.dofs if dof.name == "robot/shoulder"] == [0.25]
+
+
+@needs_drake
+def test_what_acts_in_gazebo_alone_is_said_once(folder: Path) -> None:
+    peg = PEG.replace("<mu2>.4</mu2>", "<mu2>.9</mu2>").replace("</link>", "<gravity>false</gravity></link>")
+    (folder / "peg" / "model.sdf").write_text(peg)
+    saved = '<state world_name="w"><model name="arm"><pose>5 5 5 0 0 0</pose></model></state></world>'
+    (folder / "scene.sdf").write_text(SCENE.replace("</world>", saved))
+    notes = convert_sdf(folder / "scene.sdf", folder / "scene.xml")
+    assert [note for note in notes if note.startswith("not read")] == ["not read: <state> of worlds w; <gravity> of links body; <mu2> of collisions c"]
+    (folder / "scene.sdf").write_text(SCENE.replace("<radius>.03</radius>", "<radius>0</radius>"))
+    assert "Using default value" in refused(folder / "a.sdf", (folder / "scene.sdf").read_text()), "a cylinder of 1 m"
+
+
+@needs_drake
+def test_uris_of_other_systems_are_found(folder: Path) -> None:
+    (folder / "my meshes").mkdir()
+    (folder / "my meshes" / "wedge.obj").write_text(WEDGE)
+    for uri in ("my meshes/wedge.obj", "my%20meshes/wedge.obj", "my meshes\\wedge.obj", f"file://{folder}/my%20meshes/wedge.obj"):
+        (folder / "scene.sdf").write_text(SCENE.replace("wedge.obj", uri))
+        convert_sdf(folder / "scene.sdf", folder / "scene.xml")
+        assert st.import_scene(folder / "scene.xml").model.joint_names == ["robot/shoulder", "robot/slide"]
+    (folder / "lfs.dae").write_text("version https://git-lfs.github.com/spec/v1\n")
+    assert refused(folder / "a.sdf", SCENE.replace("wedge.obj", "lfs.dae")) == "lfs.dae: got a pointer of Git LFS, expected a mesh; `git lfs pull` fetches the file itself"
 
 
 @needs_drake

@@ -80,6 +80,30 @@ TEST_F(BadInput, UnknownKey_ListsTheAllowedOnesWithAHint) {
   EXPECT_EQ(message(ball("    wibble: 1\n")).substr(0, 62), "scene.yaml:6: objects[0].wibble: got an unknown key, expected ");
 }
 
+TEST_F(BadInput, SecondDocument_IsRefusedRatherThanPassedOver) {
+  EXPECT_EQ(message("name: a\n---\nname: b\n"), "scene.yaml:3: file: got a second document, expected one: '---' ends the first");
+  for (const char* text : {"---\nname: a\n", "name: a\n---\n", "name: a\n...\n", "%YAML 1.2\n---\nname: a\n"})
+    EXPECT_EQ(message(text).find("document"), std::string::npos) << text;
+}
+
+TEST_F(BadInput, Byte0_IsRefused) {
+  using namespace std::string_literals;
+  EXPECT_EQ(message("name: a\ngravity: [0, 0, \0-9.81]\n"s), "scene.yaml:2: file: got a byte 0, expected text");
+}
+
+TEST_F(BadInput, NumbersBeyondAllSizes_AreRefused) {
+  EXPECT_EQ(message("gravity: [0, 0, -1e300]\n"), "scene.yaml:1: gravity[2]: got -1e300, expected a number of at most 1e+50");
+  write("far.urdf",
+        "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'><origin xyz='1e300 0 0'/><parent link='a'/>"
+        "<child link='b'/></joint></robot>");
+  EXPECT_EQ(message("robots: [{name: r, urdf: far.urdf}]"), "far.urdf:1: origin xyz: got '1e300 0 0', expected 3 finite numbers");
+}
+
+TEST_F(BadInput, EmptyFile_IsNamedByItsFirstLine) {
+  EXPECT_EQ(message(""), "scene.yaml:1: top level: got nothing, expected a map");
+  EXPECT_EQ(message("# to do\n"), "scene.yaml:1: top level: got nothing, expected a map");
+}
+
 TEST_F(BadInput, KeyTwice_IsNamed) { EXPECT_EQ(message("name: a\nname: b\n"), "scene.yaml:2: name: got this key twice, expected it once"); }
 
 TEST_F(BadInput, MissingKey_IsNamed) {
@@ -212,10 +236,10 @@ TEST_F(BadInput, UrdfContent_IsNamedWithItsLine) {
             "arm.urdf:5: origin xyz: got '0 0 nan', expected 3 finite numbers");
   EXPECT_EQ(with_joint("<joint name='j' type='continuous'><parent link='a'/><child link='bb'/></joint>"),
             "arm.urdf:4: joint 'j': got unknown link 'bb', expected one of a, b; did you mean 'b'?");
-  EXPECT_EQ(with_joint(""), "arm.urdf:1: robot: got 2 links without a parent, expected one");
+  EXPECT_EQ(with_joint(""), "arm.urdf:1: robot: got 2 links without a parent: a, b, expected one");
   EXPECT_EQ(with_joint("<joint name='j' type='fixed'><parent link='b'/><child link='a'/></joint>\n<joint name='k' type='fixed'><parent "
                        "link='a'/><child link='b'/></joint>"),
-            "arm.urdf:1: robot: got 0 links without a parent, expected one");
+            "arm.urdf:1: robot: got links that form a circle, expected a tree");
 }
 
 TEST_F(BadInput, Meshes_AreNamed) {

@@ -28,7 +28,9 @@ TEST(ForeignXml, UnderUrdf_IsRefusedByName) {
             "of a robot");
   EXPECT_EQ(message("<plan/>"), "r.urdf:1: root element: got 'plan', expected 'robot'");
   EXPECT_EQ(message("<robot name='r'/>"), "r.urdf:1: robot: got no link, expected at least one");
-  EXPECT_EQ(message("version https://git-lfs.github.com/spec/v1\noid sha256:1\n").substr(0, 24), "r.urdf:1: urdf: got malf");
+  EXPECT_EQ(message("version https://git-lfs.github.com/spec/v1\noid sha256:1\n"),
+            "r.urdf:1: urdf: got a pointer of Git LFS, expected a URDF; `git lfs pull` fetches the file itself");
+  EXPECT_EQ(message("scene: {file: r.xml}"), "r.urdf:1: urdf: got a text that is no XML, expected a URDF");
 }
 
 TEST(ForeignXml, UnderMjcf_IsRefusedByName) {

@@ -5,6 +5,7 @@
 
 #include "stiction/world/model.hpp"
 #include "stiction/world/shapes.hpp"
+#include "stiction/world/visual_mesh.hpp"
 #include "support/message_of.hpp"
 #include "world/mesh_files.hpp"
 
@@ -57,6 +58,44 @@ TEST_F(BadMesh, ColladaOfAnyUpAxis_KeepsTheNumbersOfTheFile) {
     ASSERT_EQ(parts.size(), 1u) << up_axis;
     EXPECT_LE((parts[0].vertices.rowwise().minCoeff() - Vector3d(0, 0, 0)).norm(), 1e-6) << up_axis;  // Assimp keeps floats
     EXPECT_LE((parts[0].vertices.rowwise().maxCoeff() - Vector3d(0.2, 0.4, 0.6)).norm(), 1e-6) << up_axis;
+  }
+}
+
+/// Assimp would make a skeleton of the nodes, and its hull would be a body.
+TEST_F(BadMesh, ColladaWithoutTriangles_IsNoMesh) {
+  std::string text = collada_box("Z_UP"), nodes;
+  for (const char* place : {"1 0 0", "0 1 0", "0 0 1", "1 1 1"}) nodes += std::string("<node><translate>") + place + "</translate></node>";
+  const std::string instance = "<instance_geometry url='#g'/>";
+  text.replace(text.find(instance), instance.size(), nodes);
+  const auto file = write("a.dae", text);
+  EXPECT_NE(message_of([&] { load_mesh(file, Vector3d::Ones(), {NonConvex::TakeHulls, {}}); }).find("mesh: got"), std::string::npos);
+}
+
+TEST_F(BadMesh, FilesThatAreNoMesh_AreNamedByWhatTheyAre) {
+  const auto said = [&](const std::string& name, const std::string& bytes) {
+    const auto file = write(name, bytes);
+    return local(message_of([&] { load_mesh(file, Vector3d::Ones(), {NonConvex::TakeHulls, {}}); }));
+  };
+  for (const std::string name : {"a.stl", "a.obj", "a.dae"}) {
+    EXPECT_EQ(said(name, "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 2\n"),
+              name + ": mesh: got a pointer of Git LFS, expected a mesh; `git lfs pull` fetches the file itself");
+    EXPECT_EQ(said(name, "<!DOCTYPE html>\n<html/>"), name + ": mesh: got a web page, expected a mesh; download the file itself");
+  }
+  std::string stl(84 + 2 * 50, '\0');
+  stl[80] = 3;
+  EXPECT_EQ(said("a.stl", stl),
+            "a.stl: mesh: got a binary STL of 184 bytes that states 3 triangles, expected 234 bytes; the file may be cut off");
+}
+
+/// Assimp would read the first wrong index until the memory is full.
+TEST_F(BadMesh, ColladaWithIndicesThatAreNoNumbers_IsRefused) {
+  for (const char* wrong : {"0>", "0.5", "x", "0,"}) {
+    std::string text = collada_box("Z_UP");
+    text.insert(text.find("<p>") + 3, wrong + std::string(" "));
+    const auto file = write("a.dae", text);
+    const std::string said = local(message_of([&] { load_mesh(file, Vector3d::Ones(), {NonConvex::TakeHulls, {}}); }));
+    EXPECT_NE(said.find("among the indices of its triangles, expected whole numbers"), std::string::npos) << said;
+    EXPECT_EQ(local(message_of([&] { (void)load_visual_mesh(file, Vector3d::Ones()); })), said);
   }
 }
 

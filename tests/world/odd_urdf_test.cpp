@@ -1,6 +1,7 @@
 // Values that exporters write where they have none: shapes of no size, limits that mean no limit.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <limits>
 
 #include "stiction/world/robot_tree.hpp"
@@ -82,6 +83,60 @@ TEST(LinksThatAreOnlySeen, AreKnown) {
   EXPECT_FALSE(only_seen(""));
   EXPECT_FALSE(only_seen(seen + collision("<sphere radius='0.1'/>")));
   EXPECT_FALSE(only_seen(seen + collision("<sphere radius='0'/>"))) << "that one is noted already";
+}
+
+TEST(WhatIsNotRead, IsSaidOnce) {
+  const RobotFolder folder;
+  const auto notes = [&](const std::string& tip, const std::string& limit) {
+    folder.write("r.urdf", one_joint(tip, "type='revolute'", limit));
+    return folder.load("urdf: r.urdf")->scene().robots[0].contents->robot.notes;
+  };
+  const std::string ball = collision("<sphere radius='0.1'/>"), limit = "<limit lower='-1' upper='1' effort='1' velocity='1'/>";
+  EXPECT_TRUE(notes(ball + "<visual><geometry><teapot/></geometry></visual>", limit).empty());
+  EXPECT_EQ(
+      notes("<colision/>" + ball +
+                "<collision><origin xyz='0 0 1' quat='0 0 0 1'/><geometry><sphere radius='0.1'/><box size='1 1 1'/>"
+                "</geometry><geometry/></collision>",
+            "<limit lower='-1' uper='1' effort='1' velocity='1'/>" + limit),
+      std::vector<std::string>{"not read: <colision> of links tip; quat of <origin> of <collision> of links tip; a second <shape> of "
+                               "<geometry> of <collision> of links tip; a second <geometry> of <collision> of links tip; uper of <limit> "
+                               "of joints j; a second <limit> of joints j"});
+}
+
+TEST(LimitsThatMaySayMore, AreNamed) {
+  const RobotFolder folder;
+  const auto note = [&](const std::string& limits, const std::string& safety, const std::string& part) {
+    folder.write("r.urdf", one_joint(collision("<sphere radius='0.1'/>"), "type='revolute'",
+                                     "<limit " + limits + " effort='1' velocity='1'/><safety_controller k_velocity='1' " + safety + "/>"));
+    return has_note(*folder.load("urdf: r.urdf"), part);
+  };
+  EXPECT_TRUE(note("lower='-170' upper='170'", "", "may be degrees where the format has radians, of joints: j"));
+  EXPECT_FALSE(note("lower='-12.6' upper='12.6'", "", "degrees"));
+  EXPECT_TRUE(note("lower='-1' upper='1'", "soft_lower_limit='-0.9' soft_upper_limit='1'", "soft limits of <safety_controller>"));
+  EXPECT_FALSE(note("lower='-1' upper='1'", "soft_lower_limit='-1' soft_upper_limit='1'", "soft limits"));
+}
+
+TEST(Quaternions, AreReadAsVersion12OfTheFormatHasThem) {
+  const RobotFolder folder;
+  const auto text = [](const std::string& origin) {
+    return one_joint("<collision><origin " + origin + "/><geometry><sphere radius='0.1'/></geometry></collision>");
+  };
+  folder.write("r.urdf", text("xyz='0 0 1' quat_xyzw='0 0.6 0 0.8'"));
+  const auto R = folder.load("urdf: r.urdf")->geometries()[0].X_BG.R;
+  EXPECT_TRUE(R.isApprox(Eigen::Quaterniond(0.8, 0, 0.6, 0).toRotationMatrix()));
+  folder.write("r.urdf", text("quat_xyzw='0 0 0 2'"));
+  EXPECT_EQ(folder.message("urdf: r.urdf"), "r.urdf:1: origin quat_xyzw: got length 2, expected length 1");
+  folder.write("r.urdf", text("quat_xyzw='0 0 0 1' rpy='0 0 0'"));
+  EXPECT_EQ(folder.message("urdf: r.urdf"), "r.urdf:1: origin: got rpy beside quat_xyzw, expected one of the two");
+}
+
+TEST(LinksWithoutAParent, AreNamed) {
+  const RobotFolder folder;
+  folder.write("r.urdf", "<robot name='r'><link name='a'/><link name='b'/></robot>");
+  EXPECT_EQ(folder.message("urdf: r.urdf"), "r.urdf:1: robot: got 2 links without a parent: a, b, expected one");
+  folder.write("r.urdf",
+               "<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/><child link='a'/></joint></robot>");
+  EXPECT_EQ(folder.message("urdf: r.urdf"), "r.urdf:1: robot: got links that form a circle, expected a tree");
 }
 
 }  // namespace

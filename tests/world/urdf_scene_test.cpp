@@ -146,6 +146,18 @@ TEST_F(UrdfScene, NamesSayWhatMoves) {
   EXPECT_NE(refused("objects: [drawr]").find("object 'drawr', which is no link of the file, expected one of"), std::string::npos);
 }
 
+/// Links may have names that objects cannot have.
+TEST_F(UrdfScene, NamesOfObjects_AreMadeUsable) {
+  std::string text = cell();
+  for (std::size_t at = 0; (at = text.find("\"cube\"", at)) != std::string::npos;) text.replace(at, 6, "\"my/red cube\"");
+  for (std::size_t at = 0; (at = text.find("\"knob\"", at)) != std::string::npos;) text.replace(at, 6, "\"my_red_cube\"");
+  std::ofstream(dir_ / "odd.urdf") << text;
+  const Scene scene = parse_scene("file: odd.urdf\nobjects: [my_red_cube_]", dir_);
+  ASSERT_EQ(scene.objects.size(), 1u);
+  EXPECT_EQ(scene.objects[0].name, "my_red_cube_");
+  EXPECT_EQ(Model::make(scene)->objects().size(), 1u);
+}
+
 TEST_F(UrdfScene, FileWithoutMotors_IsThingsBesideARobot) {
   std::string text = cell();
   text.erase(text.find("<transmission"), text.find("</robot>") - text.find("<transmission"));

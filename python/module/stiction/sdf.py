@@ -6,8 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import copy
-import io
 import logging
 import math
 import os
@@ -24,13 +22,14 @@ import numpy as np
 from . import _command
 from ._core import InvalidInput
 from ._extras import require
+from ._sdf_files import DEEPEST as DEEPEST
+from ._sdf_files import LEFT_OUT as LEFT_OUT
+from ._sdf_files import Files, folders_of_models, load_mesh
+from ._sdf_files import is_deep as is_deep
 
 PURPOSE = "SDF files"
-LEFT_OUT = ("visual", "sensor", "plugin", "light", "gui", "scene", "physics", "gravity", "magnetic_field", "atmosphere", "spherical_coordinates", "wind", "audio")
 MESHES = (".obj", ".stl")  # that MuJoCo reads
 MADE = b"<!-- Made by stiction of "  # how each MJCF begins; such a file may be written anew
-TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
-DEEPEST = 100  # elements in each other; nested models have four each
 LEAST_ARM = 3e-5  # radius of gyration of a link that has none [m]; MuJoCo takes no inertia of 0
 CARRIED = {"revolute": "hinge", "prismatic": "slide", "ball_rpy": "ball"}
 UNIVERSAL = "universal"
@@ -61,13 +60,16 @@ def make_mjcf(source: Path, target: Path | None = None, *, package_dirs: Iterabl
     Raises InvalidInput, MissingExtra.
     """
     with tempfile.TemporaryDirectory() as folder, _warnings() as said:
-        files = _Files(_folders_of_models(source, [Path(place) for place in package_dirs]), Path(folder))
+        files = Files(folders_of_models(source, [Path(place) for place in package_dirs]), Path(folder))
         main = files.add(source)
         plant, inspector = _load(source, main, files)
+        for line in said:
+            if "Using default value" in line:  # for a size that no shape can have
+                raise InvalidInput(f"{source}: sdf: got '{files.name(line)}', expected numbers > 0")
         converted = _Conversion(source, target, plant, inspector, files)
     ET.indent(converted.root)
     text = MADE + source.name.replace("--", "- -").encode() + b" -->\n" + ET.tostring(converted.root, encoding="utf-8") + b"\n"
-    return text, converted.notes + [files.name(line) for line in said]
+    return text, converted.notes + files.notes() + [files.name(line) for line in dict.fromkeys(said)]
 
 
 def is_sdf(file: str | os.PathLike[str]) -> bool:
@@ -79,14 +81,6 @@ def is_sdf(file: str | os.PathLike[str]) -> bool:
     except (ET.ParseError, ValueError, LookupError, OSError):  # no XML, an encoding that is not known, no file
         pass
     return Path(file).suffix.lower() == ".sdf"
-
-
-def is_deep(root: ET.Element) -> bool:
-    """More elements are in each other than a scene has, and than copying and writing them bears."""
-    level = [root]
-    for _ in range(DEEPEST):
-        level = [child for element in level for child in element]
-    return bool(level)
 
 
 def made_of_sdf(mjcf: Path) -> bool:
@@ -113,116 +107,12 @@ def _warnings() -> Iterator[list[str]]:
         logger.handlers, logger.propagate = others, passes
 
 
-def _folders_of_models(source: Path, package_dirs: Sequence[Path]) -> dict[str, Path]:
-    """Folders that an URI may name; those of package_dirs go first, then the nearest."""
-    out: dict[str, Path] = {}
-    above = source.resolve().parent
-    for place in [*package_dirs, above, *list(above.parents)[:2]]:
-        for config in [*sorted(place.glob("*/model.config")), *sorted(place.glob("*/package.xml")), place / "model.config"]:
-            if config.is_file():
-                out.setdefault(config.parent.resolve().name, config.parent.resolve())
-    return out
-
-
-class _Files:
-    """Copies of an SDF and of what it includes, with absolute paths, and without what only a simulator uses."""
-
-    def __init__(self, folders: dict[str, Path], temporary: Path) -> None:
-        self.folders, self.temporary = folders, temporary
-        self.copies: dict[Path, Path] = {}
-        self.texts: dict[Path, ET.Element] = {}  # as they are written
-        self.meshes: dict[str, Path] = {}  # by what stands in for them
-        self.open: list[Path] = []  # each includes the next one
-
-    def add(self, file: Path) -> Path:
-        """The copy of a file."""
-        path = file.resolve()
-        if path in self.open:  # Drake would never come back
-            raise InvalidInput(f"{file}: include: got a file that includes itself, by {', '.join(other.name for other in self.open)}, expected one that ends")
-        if path in self.copies:
-            return self.copies[path]
-        root = self._read(file)
-        self.open.append(path)
-        self.texts[path] = copy.deepcopy(root)
-        self.copies[path] = self.temporary / f"{len(self.copies)}.sdf"
-        for element in list(root.iter()):
-            for child in [child for child in element if child.tag in LEFT_OUT]:
-                element.remove(child)
-        included = {uri for include in root.iter("include") for uri in include.findall("uri")}
-        for uri in root.iter("uri"):
-            found = self._find(uri.text or "", file)
-            if uri not in included and not found.is_file():
-                raise InvalidInput(f"{file}: uri: got '{uri.text}', which is a folder, expected a mesh")
-            uri.text = str(self.add(_model_in(found)) if uri in included else self._stand_in(found))
-        self.copies[path].write_bytes(ET.tostring(root, encoding="utf-8"))
-        self.open.pop()
-        return self.copies[path]
-
-    def _stand_in(self, mesh: Path) -> Path:
-        """A mesh for Drake, which needs no more than that there is one, and does not read all formats."""
-        made = self.temporary / f"mesh_{len(self.meshes)}.obj"
-        made.write_text(TETRAHEDRON)
-        self.meshes[str(made)] = mesh
-        return made
-
-    def name(self, message: str) -> str:
-        """What Drake says, with the names of the files themselves."""
-        for path, made in self.copies.items():
-            message = message.replace(f"/{made}", str(path)).replace(str(made), str(path))
-        return message
-
-    @staticmethod
-    def _read(file: Path) -> ET.Element:
-        if not file.is_file():
-            raise InvalidInput(f"{file}: sdf: got a file that does not exist, expected an SDF")
-        try:
-            root = ET.parse(file, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))).getroot()  # lines keep their numbers
-        except (ET.ParseError, ValueError, LookupError) as error:  # or an encoding that is not known
-            raise InvalidInput(f"{file}: sdf: got malformed XML ({error}), expected an SDF") from None
-        if root.tag != "sdf":
-            raise InvalidInput(f"{file}: root element: got '{root.tag}', expected 'sdf'")
-        if is_deep(root):
-            raise InvalidInput(f"{file}: sdf: got more than {DEEPEST} elements in each other, expected fewer")
-        return root
-
-    def _find(self, uri: str, file: Path) -> Path:
-        scheme, mark, rest = uri.strip().partition("://")
-        if not mark:
-            found = file.resolve().parent / scheme
-        elif scheme == "file":
-            found = file.resolve().parent / rest
-        elif scheme in ("model", "package"):
-            name, _, below = rest.partition("/")
-            if name not in self.folders:
-                known = ", ".join(sorted(self.folders)) or "none"
-                raise InvalidInput(f"{file}: uri: got '{uri}', expected a folder with a model.config or package.xml near the file, or package_dirs; there are: {known}")
-            found = self.folders[name] / below
-        else:
-            raise InvalidInput(f"{file}: uri: got '{uri}', expected model://, package://, file:// or a path: nothing is fetched from elsewhere")
-        if not found.exists():
-            raise InvalidInput(f"{file}: uri: got '{uri}', so {found}, which does not exist, expected a file")
-        return found
-
-
-def _model_in(place: Path) -> Path:
-    """The SDF of a model: the file, or the newest that the model.config of the folder names."""
-    if place.is_file():
-        return place
-    config = place / "model.config"
-    try:
-        versions = ET.parse(config).getroot().findall("sdf") if config.is_file() else []
-        newest = max(versions, key=lambda sdf: [int(part) for part in (sdf.get("version") or "0").split(".")], default=None)
-    except (ET.ParseError, ValueError, LookupError) as error:
-        raise InvalidInput(f"{config}: got what cannot be read ({error}), expected XML with <sdf version=\"1.9\">") from None
-    return place / (newest.text or "" if newest is not None else "model.sdf").strip()
-
-
 def check_drake(purpose: str = PURPOSE) -> None:
     """Raises MissingExtra: Drake is not installed."""
     require("sdf", purpose, "pydrake")
 
 
-def _load(source: Path, main: Path, files: _Files) -> tuple[Any, Any]:
+def _load(source: Path, main: Path, files: Files) -> tuple[Any, Any]:
     check_drake()
     plants, parsing = require("sdf", PURPOSE, "pydrake.multibody.plant"), require("sdf", PURPOSE, "pydrake.multibody.parsing")
     geometry = require("sdf", PURPOSE, "pydrake.geometry")
@@ -250,30 +140,10 @@ def _place(element: ET.Element, pose: Any) -> None:
         element.set("quat", _numbers(wxyz))
 
 
-def _load_mesh(path: Path) -> Any:
-    """A mesh of a format that MuJoCo does not read, in metres."""
-    trimesh = require("sdf", f"{path}", "trimesh")
-    if path.suffix.lower() == ".dae":
-        require("sdf", f"{path}", "collada")
-    try:
-        if path.suffix.lower() == ".gltf":
-            mesh = trimesh.load_mesh(path)
-        else:  # alone: pictures that it names are not looked for
-            mesh = trimesh.load_mesh(io.BytesIO(path.read_bytes()), file_type=path.suffix[1:].lower())
-        if mesh.units is not None:  # of a DAE, as "0.01 * meters"
-            mesh.convert_units("meters")
-        bare = trimesh.Trimesh(mesh.vertices, mesh.faces)
-    except Exception as error:  # the readers of others raise whatever they meet
-        raise InvalidInput(f"{path}: got a mesh that cannot be read ({error or type(error).__name__}), expected OBJ, STL, DAE or GLB") from None
-    if len(bare.faces) == 0:
-        raise InvalidInput(f"{path}: got a mesh without triangles, expected some")
-    return bare
-
-
 class _Conversion:
     """One plant as an MJCF."""
 
-    def __init__(self, source: Path, target: Path | None, plant: Any, inspector: Any, files: _Files) -> None:
+    def __init__(self, source: Path, target: Path | None, plant: Any, inspector: Any, files: Files) -> None:
         texts = list(files.texts.values())
         self.files = files
         self.source, self.target, self.plant, self.inspector = source, target, plant, inspector
@@ -281,8 +151,10 @@ class _Conversion:
         self.notes: list[str] = []
         self.root = ET.Element("mujoco", model=source.stem)
         ET.SubElement(self.root, "compiler", angle="radian", balanceinertia="true", inertiafromgeom="false", autolimits="true")
-        gravity = texts[0].findtext("world/gravity")
-        ET.SubElement(self.root, "option", gravity=gravity if gravity is not None else "0 0 -9.8")
+        gravity = texts[0].findtext("world/gravity", "0 0 -9.8")
+        if len(gravity.split()) != 3:
+            raise InvalidInput(f"{source}: gravity: got '{gravity}', expected three numbers")
+        ET.SubElement(self.root, "option", gravity=gravity)
         self.assets = ET.SubElement(self.root, "asset")
         self.meshes: dict[tuple[str, tuple[float, ...]], str] = {}
         self.names: dict[Any, str] = {}
@@ -389,10 +261,17 @@ class _Conversion:
         if joint.default_damping_vector()[0] > 0:
             made.set("damping", _numbers(joint.default_damping_vector()))
         self._add_spring(made, joint)
+        if (friction := self._friction_of(joint.name())) > 0:
+            made.set("frictionloss", _numbers([friction]))
         actuator = self.actuators.get(joint.index())
         effort = abs(float(actuator.effort_limit())) if actuator is not None else 0.0
         if (math.isfinite(effort) and effort > 0) or joint.name() in self.named_by_plugins:
             self.motors.append((name, effort if effort > 0 else math.inf))
+
+    def _friction_of(self, joint: str) -> float:
+        """Dry friction, which Drake does not read: the largest of the joints of that name."""
+        found = (element.findtext("axis/dynamics/friction") for text in self.files.texts.values() for element in text.iter("joint") if element.get("name") == joint)
+        return max((float(friction) for friction in found if friction is not None), default=0.0)
 
     def _add_spring(self, made: ET.Element, joint: Any) -> None:
         for i in range(self.plant.num_force_elements()):
@@ -472,7 +351,7 @@ class _Conversion:
         name = self._name("mesh", None, path.stem)
         mesh = ET.SubElement(self.assets, "mesh", name=name)
         if path.suffix.lower() not in MESHES and self.target is None:
-            loaded = _load_mesh(path)
+            loaded = load_mesh(path)
             mesh.set("vertex", _numbers(loaded.vertices.ravel()))
             mesh.set("face", " ".join(str(int(corner)) for corner in loaded.faces.ravel()))
         else:
@@ -489,7 +368,7 @@ class _Conversion:
         home = self.target.resolve().parent
         if path.suffix.lower() not in MESHES:
             out = home / f"{self.target.stem}_{name}.obj"
-            _load_mesh(path).export(out)
+            load_mesh(path).export(out)
             path = out
         return path.resolve().relative_to(home).as_posix() if path.resolve().is_relative_to(home) else str(path)
 

@@ -21,7 +21,10 @@ class Faults {
     }
   }
 
-  void add(const std::string& message) { text_ += (text_.empty() ? "" : "\n") + message; }
+  /// Keeps a message, once.
+  void add(const std::string& message) {
+    if (("\n" + text_ + "\n").find("\n" + message + "\n") == std::string::npos) text_ += (text_.empty() ? "" : "\n") + message;
+  }
 
   bool none() const { return text_.empty(); }
 

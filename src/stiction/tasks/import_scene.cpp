@@ -20,15 +20,32 @@ using world::ObjectJoint;
 using world::ObjectSpec;
 using world::RobotContents;
 
+/// A text in the double quotes of YAML.
+std::string in_quotes(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c >= 0 && c < ' ')
+      out += fmt::format("\\x{:02x}", static_cast<int>(c));
+    else
+      out += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
+  }
+  return out + "\"";
+}
+
 /// A name quoted as YAML flow style needs it.
 std::string quoted(const std::string& name) {
   const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.'; };
   const bool word = !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) != 0 && std::all_of(name.begin(), name.end(), plain);
   constexpr std::string_view kMeanings[] = {"true", "false", "null", "yes", "no", "on", "off", "nan", "inf", "y", "n"};
-  if (word && std::find(std::begin(kMeanings), std::end(kMeanings), name) == std::end(kMeanings)) return name;
-  std::string out = "\"";
-  for (const char c : name) out += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
-  return out + "\"";
+  return word && std::find(std::begin(kMeanings), std::end(kMeanings), name) == std::end(kMeanings) ? name : in_quotes(name);
+}
+
+/// Names for a comment, which ends with its line.
+std::vector<std::string> in_one_line(std::vector<std::string> names) {
+  for (std::string& name : names) {
+    if (std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < ' '; })) name = in_quotes(name);
+  }
+  return names;
 }
 
 std::string number(double x) { return fmt::format("{:.6g}", x + 0.0); }
@@ -118,9 +135,9 @@ class SceneImporter {
       if (place.moved_by.empty()) places.push_back(place.name);
     }
     std::string out = fmt::format("# Robot: {} joint{} ({}).\n# Objects, and the only bodies that move beside it: {}.\n", joints.size(),
-                                  joints.size() == 1 ? "" : "s", world::list_some(joints), fmt::join(objects, ", "));
+                                  joints.size() == 1 ? "" : "s", world::list_some(in_one_line(joints)), fmt::join(objects, ", "));
     if (keyframes.size() > 1) out += fmt::format("# Keyframes: {}.\n", fmt::join(keyframes, ", "));
-    if (!places.empty()) out += fmt::format("# Places for `at` of a goal: {}.\n", world::list_some(places));
+    if (!places.empty()) out += fmt::format("# Places for `at` of a goal: {}.\n", world::list_some(in_one_line(places)));
     out += fmt::format("scene:\n  file: {}\n", quoted_path());
     if (found_.fixed_base) out += "  robot: {fixed_base: true}\n";
     out += fmt::format("  objects: [{}]\n", fmt::join(names, ", "));
@@ -180,7 +197,7 @@ class SceneImporter {
   std::string quoted_path() const {
     std::error_code error;
     const fs::path path = fs::relative(fs::absolute(file_), fs::absolute(folder_), error);
-    return fmt::format("\"{}\"", (error || path.empty() ? fs::absolute(file_) : path).generic_string());
+    return in_quotes((error || path.empty() ? fs::absolute(file_) : path).generic_string());
   }
 
   const fs::path& file_;

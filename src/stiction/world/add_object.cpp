@@ -125,7 +125,7 @@ void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
   node.body = parts.add_body(spec.name, BodyKind::Object, index, std::move(dofs));
   m.inertias.back() = {spec.mass, spec.p_BCom, spec.inertia};
   for (const auto& geometry : spec.geometries) parts.add_geometry(node.body, geometry);
-  if (node.parent >= 0) parts.adjacent.insert({parts.group[at(m.object_nodes[at(node.parent)].body)], parts.group[at(node.body)]});
+  if (node.parent >= 0) parts.join(m.object_nodes[at(node.parent)].body, node.body, m.scene.objects[at(node.parent)].geometries.empty());
   m.objects.push_back({.name = spec.name,
                        .body = node.body,
                        .v_begin = m.n_v,

@@ -96,8 +96,9 @@ class RobotAdder {
     const RobotLink& link;
     const RobotJoint* joint = nullptr;
     int body = -1, parent = -1;
-    int v = -1;     ///< velocity index of the joint, or of the leader if it is a follower
-    int axis = -1;  ///< column of Kinematics
+    int v = -1;            ///< velocity index of the joint, or of the leader if it is a follower
+    int axis = -1;         ///< column of Kinematics
+    bool between = false;  ///< the parent stands between two joints of a body of an MJCF
 
     bool moves() const { return joint != nullptr && joint->moves(); }
     bool follows() const { return moves() && joint->leader >= 0; }
@@ -105,7 +106,11 @@ class RobotAdder {
 
   void add_link(const RobotTree& tree, std::size_t i, int base, int v, int q_ahead, const PerJoint& stiffness, const PerJoint& effort) {
     LinkPlace place{.link = tree.links[i], .joint = i == 0 ? nullptr : &tree.joints[i - 1]};
-    if (place.joint != nullptr) place.parent = base + place.joint->parent;
+    if (place.joint != nullptr) {
+      const RobotLink& above = tree.links[at(place.joint->parent)];
+      place.parent = base + place.joint->parent;
+      place.between = !spec_.mjcf.empty() && above.collisions.empty() && !above.inertia;
+    }
     place.v = v;
     // Columns of followers come after the columns of all coordinates, and the number of coordinates is not known yet.
     place.axis = place.follows() ? kFollowers + static_cast<int>(m_.followers.size()) : v;
@@ -145,7 +150,7 @@ class RobotAdder {
     if (place.moves()) m_.links.back().axis = place.joint->axis;
     if (place.follows()) m_.links.back().follower = static_cast<int>(m_.followers.size());
     if (place.joint != nullptr && !place.moves()) parts_.group[at(place.body)] = parts_.group[at(place.parent)];
-    if (place.moves()) parts_.adjacent.insert({parts_.group[at(place.parent)], parts_.group[at(place.body)]});
+    if (place.moves()) parts_.join(place.parent, place.body, place.between);
     return constant;
   }
 

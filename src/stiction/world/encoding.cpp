@@ -71,6 +71,15 @@ std::string from_latin1(std::string_view text) {
 
 }  // namespace
 
+std::optional<StandIn> find_stand_in(std::string_view bytes) {
+  if (bytes.starts_with("version https://git-lfs.github.com"))
+    return StandIn{"a pointer of Git LFS", "`git lfs pull` fetches the file itself"};
+  std::string start(bytes.substr(0, 256));
+  std::ranges::transform(start, start.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (start.find("<!doctype html") == std::string::npos) return std::nullopt;
+  return StandIn{"a web page", "download the file itself"};
+}
+
 std::string read_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) core::throw_invalid(file.string(), "a file that cannot be read", "a readable file");

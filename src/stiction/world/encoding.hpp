@@ -11,6 +11,12 @@ namespace stiction::world {
 /// Line (from 1) of the first bytes that are not UTF-8: a truncated, overlong or nonexistent character; nullopt if all bytes are UTF-8.
 std::optional<int> line_of_foreign_bytes(std::string_view text);
 
+/// Contents that a download leaves in place of a file.
+struct StandIn {
+  std::string_view what, remedy;
+};
+std::optional<StandIn> find_stand_in(std::string_view bytes);
+
 /// Reads a file as bytes. @throws core::InvalidInput: the file cannot be read
 std::string read_bytes(const std::filesystem::path& file);
 

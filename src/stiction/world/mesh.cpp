@@ -27,6 +27,7 @@
 #include "stiction/world/decomposition.hpp"
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/hull_cache.hpp"
+#include "stiction/world/mesh_contents.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
 
@@ -83,6 +84,7 @@ Soup read_triangles(const std::filesystem::path& file, const std::string& bytes)
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   // Keep the coordinates of the file, as Coal and ROS tools do: <up_axis> only tells a viewer how to show them.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // Assimp would draw the nodes of a file without triangles
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
   if (scene == nullptr) fail(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   Soup soup;
@@ -108,8 +110,9 @@ MeshFile read_file(const std::filesystem::path& file, const Vector3d& scale) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension != ".stl" && extension != ".obj" && extension != ".dae") fail(file, fmt::format("'{}'", extension), ".stl, .obj or .dae");
-  std::string bytes = read_bytes(file);
-  return {std::move(extension), std::move(bytes)};
+  MeshFile out{std::move(extension), read_bytes(file)};
+  require_mesh_contents(file, out.bytes);
+  return out;
 }
 
 /// Corners of the triangles (3 × 3n), scaled.

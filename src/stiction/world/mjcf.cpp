@@ -17,15 +17,14 @@
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/mjcf_axes.hpp"
 #include "stiction/world/mjcf_compile.hpp"
+#include "stiction/world/mjcf_geoms.hpp"
 #include "stiction/world/mjcf_motors.hpp"
-#include "stiction/world/mjcf_repair.hpp"
 #include "stiction/world/mjcf_roles.hpp"
 #include "stiction/world/mjcf_unread.hpp"
 #include "stiction/world/mjcf_view.hpp"
 #include "stiction/world/mjcf_visuals.hpp"
 #include "stiction/world/scene_sections.hpp"
 #include "stiction/world/shapes.hpp"
-#include "stiction/world/simplify_hull.hpp"
 #include "stiction/world/xml_reader.hpp"
 
 namespace stiction::world {
@@ -53,7 +52,7 @@ Pose shift(const Vector3d& p) { return {Matrix3d::Identity(), p}; }
 class MjcfReader : private MjcfView {
  public:
   MjcfReader(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file)
-      : MjcfView(m, roles, file), motors_(*this), axes_(*this) {}
+      : MjcfView(m, roles, file), motors_(*this), axes_(*this), geoms_(*this) {}
 
   RobotContents read() {
     require_supported();
@@ -78,7 +77,7 @@ class MjcfReader : private MjcfView {
     }
     read_couplings();
     read_geoms(0, Pose{}, nullptr, "");
-    hulls_.add_note(out_.robot.notes);
+    geoms_.add_note(out_.robot.notes);
     if (!held_.empty())
       out_.robot.notes.push_back(
           fmt::format("objects that damping alone holds have a dry friction that bears their weight: {}", list_some(held_)));
@@ -195,7 +194,7 @@ class MjcfReader : private MjcfView {
     if (welded) link = add_joint({.name = fmt::format("{}.weld", name), .X_PJ = X_PB}, link, name);
     link_of_[static_cast<std::size_t>(body)] = link;
     RobotLink& made = out_.robot.links[static_cast<std::size_t>(link)];
-    if (m_->body_mass[body] > 0) made.inertia = inertia_of(body);
+    made.inertia = inertia_of(body);  // a body of mass 0 weighs nothing, whatever shapes it has
     read_geoms(body, Pose{}, &made, name);
     made.only_seen = m_->body_geomnum[body] > 0 && made.collisions.empty();
   }
@@ -389,26 +388,18 @@ class MjcfReader : private MjcfView {
 
   // ---- geoms ----
 
-  /// Reads the surface rule of a geom. The model combines two rules as MuJoCo does: the larger condim, and the friction of the higher priority.
-  SurfaceRule read_rule(int g) const {
-    return {.dimension = m_->geom_condim[g],
-            .torsional = m_->geom_friction[3 * g + 1],
-            .rolling = m_->geom_friction[3 * g + 2],
-            .priority = m_->geom_priority[g]};
-  }
-
   static GeometrySpec to_geometry(const RobotCollision& c, const Pose& X_BG) {
     return {.name = c.name, .shape = c.shape, .X_BG = X_BG, .friction = *c.friction, .mask = c.mask, .rule = *c.rule};
   }
 
   void read_contacts() {
     for (int i = 0; i < m_->npair; ++i) {
-      const auto one = geometry_.find(m_->pair_geom1[i]), other = geometry_.find(m_->pair_geom2[i]);
-      if (one == geometry_.end() || other == geometry_.end()) continue;
+      const std::string one = geoms_.full_name(m_->pair_geom1[i]), other = geoms_.full_name(m_->pair_geom2[i]);
+      if (one.empty() || other.empty()) continue;
       const mjtNum* friction = m_->pair_friction + 5 * i;
       const int dimension = m_->pair_dim[i];
-      out_.contacts.push_back({.a = one->second,
-                               .b = other->second,
+      out_.contacts.push_back({.a = one,
+                               .b = other,
                                .friction = dimension > 1 ? friction[0] : 0,
                                .torsional = dimension > 3 ? friction[2] : 0,
                                .rolling = dimension > 4 ? friction[3] : 0});
@@ -420,43 +411,14 @@ class MjcfReader : private MjcfView {
   void read_geoms(int body, const Pose& X_LB, RobotLink* link, const std::string& owner) {
     for (int g = m_->body_geomadr[body]; g >= 0 && g < m_->body_geomadr[body] + m_->body_geomnum[body]; ++g) {
       if (!collides(g)) continue;
-      RobotCollision c{.name = usable(given_name(mjOBJ_GEOM, g)),
-                       .shape = read_shape(g),
-                       .X_LG = X_LB * pose(m_->geom_pos + 3 * g, m_->geom_quat + 4 * g)};
-      c.friction = m_->geom_friction[3 * g];
-      c.mask = mask(g);
-      c.rule = read_rule(g);
-      if (c.name.empty()) c.name = fmt::format("{}_{}", shape_name(c.shape), g - m_->body_geomadr[body]);
-      const bool plane = m_->geom_type[g] == mjGEOM_PLANE;
-      const std::string holder = link != nullptr && !plane ? owner : body_name(0);
-      if (holder != body_name(body)) c.name = fmt::format("{}.{}", body_name(body), c.name);
-      geometry_.emplace(g, fmt::format("{}/{}", holder, c.name));
-      if (link != nullptr && !plane) {
-        if (const auto* mesh = std::get_if<Mesh>(&c.shape); mesh != nullptr && !roles_.is_object(body))
-          c.shape = simplify(*mesh->mesh, given_name(mjOBJ_MESH, m_->geom_dataid[g]));
+      const bool in_link = link != nullptr && m_->geom_type[g] != mjGEOM_PLANE;
+      const std::string& holder = in_link ? owner : body_name(0);
+      RobotCollision c = geoms_.read(g, holder, in_link && !roles_.is_object(body));
+      c.X_LG = X_LB * c.X_LG;
+      if (in_link)
         link->collisions.push_back(std::move(c));
-        continue;
-      }
-      out_.fixed.push_back(to_geometry(c, pose_below(body, 0) * c.X_LG));
-    }
-  }
-
-  Mesh simplify(const ConvexMesh& mesh, const std::string& name) {
-    SimplifiedHull hull = simplify_hull_by_share(mesh, kHullTolerance);
-    hulls_.add(hull.error, name);
-    return {std::make_shared<const ConvexMesh>(std::move(hull.mesh))};
-  }
-
-  Shape read_shape(int g) const {
-    if (const auto shape = read_primitive(g)) return *shape;
-    const int mesh = m_->geom_dataid[g];
-    const Eigen::Map<const Eigen::Matrix3Xf> vertices(m_->mesh_vert + 3 * m_->mesh_vertadr[mesh], 3, m_->mesh_vertnum[mesh]);
-    try {
-      auto hull = std::make_shared<ConvexMesh>(make_convex_hull(vertices.cast<double>()));
-      hull->source = file_.string();
-      return Mesh{std::move(hull)};
-    } catch (const core::InvalidInput& e) {
-      fail(file_, fmt::format("mesh '{}': {}", given_name(mjOBJ_MESH, mesh), e.what()), "a mesh with a convex hull");
+      else
+        out_.fixed.push_back(to_geometry(c, pose_below(body, 0) * c.X_LG));
     }
   }
 
@@ -468,27 +430,22 @@ class MjcfReader : private MjcfView {
   std::map<int, Pose> X_OB_;                    ///< per body that is an object: the pose of its frame in the object's frame
   std::vector<ObjectCoordinates> coordinates_;  ///< coordinates of the objects
   std::set<std::string> link_names_;
-  std::map<int, std::string> geometry_;  ///< "body/geometry" per geom that collides
-  std::vector<std::string> held_;        ///< objects that hold_by_damping() gave a friction
-  LinkHulls hulls_;
+  MjcfGeoms geoms_;
+  std::vector<std::string> held_;  ///< objects that hold_by_damping() gave a friction
 };
 
-/// Checks that the text is an MJCF. MuJoCo would also accept a URDF, by its own rules.
-void require_mjcf(const std::string& text, const std::filesystem::path& name) {
-  tinyxml2::XMLDocument document;
-  if (parse_xml(document, text, name, "mjcf") == nullptr) fail(name, "no element", "'mujoco'");
-}
-
-RobotContents read_text(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name,
+/// Reads the bytes of an MJCF. @param folder  folder for its relative paths  @param name  name of the file in messages
+RobotContents read_text(const std::string& bytes, const std::filesystem::path& folder, const std::filesystem::path& name,
                         const RobotSpec& robot) {
-  require_mjcf(text, name);
+  const std::string text = xml_text(bytes, name, "mjcf");
+  tinyxml2::XMLDocument document;  // MuJoCo would also accept a URDF, by its own rules
+  if (parse_xml(document, text, name, "mjcf") == nullptr) fail(name, "no element", "'mujoco'");
   std::vector<std::string> notes;
-  const CompiledMjcf model = compile_mjcf(text, file, name, notes);
+  const CompiledMjcf model = compile_mjcf(text, folder, name, notes);
   const MjcfRoles roles(*model, robot, name);
   RobotContents out = MjcfReader(model.get(), roles, name).read();
-  if (const std::string note = find_unstated_degrees(*model, text, file); !note.empty()) notes.push_back(note);
   out.robot.notes.insert(out.robot.notes.end(), notes.begin(), notes.end());
-  out.sha256 = core::sha256(text);
+  out.sha256 = core::sha256(bytes);
   return out;
 }
 
@@ -496,42 +453,11 @@ RobotContents read_text(const std::string& text, const std::filesystem::path& fi
 
 RobotContents read_mjcf(const std::filesystem::path& file, const RobotSpec& robot) {
   if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an MJCF file");
-  return read_text(read_bytes(file), file, file, robot);
+  return read_text(read_bytes(file), file.parent_path(), file, robot);
 }
 
 RobotContents read_mjcf_text(const std::string& text, const std::filesystem::path& folder, const RobotSpec& robot) {
-  return read_text(text, folder / ".text.xml", kTextName, robot);
-}
-
-void add_mjcf(Scene& scene, const RobotSpec& robot) {
-  const std::shared_ptr<const RobotContents> model = contents_of(robot);
-  scene.robots.push_back(robot);
-  scene.robots.back().contents = model;
-  const std::string fixed = robot.name + "_world";
-  const auto is_object = [&](const std::string& name) {
-    return std::any_of(model->objects.begin(), model->objects.end(), [&](const ObjectSpec& object) { return object.name == name; });
-  };
-  const auto full = [&](const std::string& body) {
-    if (body == "world" || body.starts_with("world/")) return fixed + body.substr(5);
-    return is_object(body) ? body : fmt::format("{}/{}", robot.name, body);
-  };
-  const auto full_geometry = [&](const std::string& name) {
-    const std::size_t slash = name.find('/');
-    return full(name.substr(0, slash)) + name.substr(slash);
-  };
-  for (const auto& [a, b] : model->excludes) {
-    if ((a == "world" || b == "world") && model->fixed.empty()) continue;
-    scene.filters.push_back({full(a), full(b), std::nullopt});
-  }
-  for (ContactSpec contact : model->contacts) {
-    contact.a = full_geometry(contact.a), contact.b = full_geometry(contact.b);
-    scene.contacts.push_back(std::move(contact));
-  }
-  for (ObjectSpec object : model->objects) {
-    if (object.joint != ObjectJoint::Free && object.parent.empty()) object.X_WP = robot.X_WBase * object.X_WP;
-    scene.objects.push_back(std::move(object));
-  }
-  if (!model->fixed.empty()) scene.fixed.push_back({fixed, robot.X_WBase, model->fixed});
+  return read_text(text, folder, kTextName, robot);
 }
 
 }  // namespace stiction::world

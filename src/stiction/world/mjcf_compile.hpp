@@ -14,10 +14,10 @@ struct DeleteModel {
 };
 using CompiledMjcf = std::unique_ptr<mjModel, DeleteModel>;
 
-/// Compiles an MJCF with MuJoCo. The text is the contents of `file`; includes and meshes are found relative to that file.
+/// Compiles the text of an MJCF with MuJoCo. @param folder  folder for includes and meshes
 /// @param name   name of the file in messages
 /// @param notes  receives a note on everything that was left out  @throws core::InvalidInput
-CompiledMjcf compile_mjcf(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name,
+CompiledMjcf compile_mjcf(const std::string& text, const std::filesystem::path& folder, const std::filesystem::path& name,
                           std::vector<std::string>& notes);
 
 }  // namespace stiction::world

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stiction/core/number.hpp"
 #include "stiction/world/robot_tree.hpp"
 
 namespace stiction::world {
@@ -34,7 +35,8 @@ void MjcfMotors::find_springs() {
     for (const auto& [joint, lever] : couplings_.moved_by_tendon(i)) add_actuator(i, joint, lever * gear_of(i));
   }
   for (int j = 0; j < m_->njnt; ++j) {
-    if (m_->jnt_actfrclimited[j]) effort_[static_cast<std::size_t>(j)] = largest(m_->jnt_actfrcrange + 2 * j);
+    const double force = largest(m_->jnt_actfrcrange + 2 * j);
+    if (m_->jnt_actfrclimited[j] && force <= core::kLargestNumber) effort_[static_cast<std::size_t>(j)] = force;
   }
   for (int j = 0; j < m_->njnt; ++j) add_spring(j);
 }
@@ -60,11 +62,13 @@ void MjcfMotors::add_actuator(int i, int j, double lever) {
   const bool fixed_gain = m_->actuator_gaintype[i] == mjGAIN_FIXED;
   std::optional<double> force;
   if (m_->actuator_forcelimited[i]) force = largest(m_->actuator_forcerange + 2 * i);
-  if (fixed_gain && m_->actuator_biastype[i] == mjBIAS_NONE && m_->actuator_ctrllimited[i]) {
-    const double asked = std::abs(gain[0]) * largest(m_->actuator_ctrlrange + 2 * i);
+  const int command = m_->actuator_ctrladr[i];
+  if (fixed_gain && m_->actuator_biastype[i] == mjBIAS_NONE && m_->actuator_ctrlnum[i] > 0 && m_->actuator_ctrllimited[command]) {
+    const double asked = std::abs(gain[0]) * largest(m_->actuator_ctrlrange + 2 * command);
     force = force ? std::min(*force, asked) : asked;
   }
-  if (force && *force * lever != 0) effort_[joint] = effort_[joint].value_or(0) + *force * std::abs(lever);
+  if (force && *force <= core::kLargestNumber && *force * lever != 0)
+    effort_[joint] = effort_[joint].value_or(0) + *force * std::abs(lever);
   const bool servo = fixed_gain && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] > 0 && bias[0] == 0 && bias[1] == -gain[0] &&
                      m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
   if (servo) spring_[joint] = spring_[joint].value_or(0) + gain[0] * lever * lever;

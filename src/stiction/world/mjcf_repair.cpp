@@ -1,10 +1,11 @@
 #include "stiction/world/mjcf_repair.hpp"
 
 #include <fmt/format.h>
-#include <tinyxml2.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <numbers>
 #include <set>
 #include <system_error>
@@ -23,11 +24,14 @@ void for_each(mjSpec* spec, mjtObj type, const Visit& visit) {
   std::for_each(elements.begin(), elements.end(), visit);
 }
 
-/// True if the text names a file that does not exist.
-bool is_missing(const mjString* file, const fs::path& folder, const mjString* subfolder) {
-  const std::string name = mjs_getString(file);
+/// True if an asset names a file that does not exist. The asset may belong to another MJCF, which the file attaches.
+bool is_missing(const mjsElement* asset, const mjString* file, mjString* mjsCompiler::*subfolder) {
+  const mjSpec* of = mjs_getOriginSpec(asset);
+  std::string name = mjs_getString(file);
+  if (of->strippath) name.erase(0, name.find_last_of("/\\") + 1);
+  const fs::path folder = mjs_getString(of->modelfiledir);
   std::error_code error;
-  return !name.empty() && !fs::is_regular_file(folder / mjs_getString(subfolder) / name, error) &&
+  return !name.empty() && !fs::is_regular_file(folder / mjs_getString(mjs_getCompiler(asset)->*subfolder) / name, error) &&
          !fs::is_regular_file(folder / name, error);
 }
 
@@ -38,32 +42,12 @@ void flatten(mjsTexture* texture) {
   texture->gridsize[0] = texture->gridsize[1] = 1;
 }
 
-bool states_angle(const tinyxml2::XMLElement& root, const fs::path& folder, std::set<fs::path>& seen);
-
-bool file_states_angle(const fs::path& file, const fs::path& folder, std::set<fs::path>& seen) {
-  tinyxml2::XMLDocument document;
-  if (!seen.insert(file.lexically_normal()).second) return false;
-  return document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS && document.RootElement() != nullptr &&
-         states_angle(*document.RootElement(), folder, seen);
-}
-
-bool states_angle(const tinyxml2::XMLElement& root, const fs::path& folder, std::set<fs::path>& seen) {
-  for (const auto* child = root.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
-    const std::string_view name = child->Name();
-    if (name == "compiler" && child->Attribute("angle") != nullptr) return true;
-    const char* included = name == "include" ? child->Attribute("file") : nullptr;
-    if (included != nullptr && file_states_angle(folder / included, folder, seen)) return true;
-    if (states_angle(*child, folder, seen)) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
-void leave_out_missing_files(mjSpec* spec, const fs::path& folder, std::vector<std::string>& notes) {
+void leave_out_missing_files(mjSpec* spec, std::vector<std::string>& notes) {
   std::set<std::string> missing, needed;
   for_each(spec, mjOBJ_MESH, [&](mjsElement* e) {
-    if (is_missing(mjs_asMesh(e)->file, folder, spec->compiler.meshdir)) missing.insert(mjs_getString(mjs_getName(e)));
+    if (is_missing(e, mjs_asMesh(e)->file, &mjsCompiler::meshdir)) missing.insert(mjs_getString(mjs_getName(e)));
   });
   if (!missing.empty()) {
     for_each(spec, mjOBJ_GEOM, [&](mjsElement* e) {
@@ -91,7 +75,7 @@ void leave_out_missing_files(mjSpec* spec, const fs::path& folder, std::vector<s
   std::vector<std::string> textures;
   for_each(spec, mjOBJ_TEXTURE, [&](mjsElement* e) {
     mjsTexture* texture = mjs_asTexture(e);
-    if (!is_missing(texture->file, folder, spec->compiler.texturedir)) return;
+    if (!is_missing(e, texture->file, &mjsCompiler::texturedir)) return;
     textures.push_back(mjs_getString(texture->file));
     mjs_setString(texture->file, "");
     flatten(texture);
@@ -114,21 +98,19 @@ bool leave_out_cube_textures(mjSpec* spec, std::vector<std::string>& notes) {
   return true;
 }
 
-std::string find_unstated_degrees(const mjModel& model, const std::string& text, const fs::path& file) {
+std::string find_unstated_degrees(mjSpec* spec, const mjModel& model) {
   constexpr double kDegrees = 180 / std::numbers::pi, kLargest = 2 * std::numbers::pi;
+  constexpr std::uint64_t kAngle = 1u << 6;  // the bit of `degree`, the seventh field of mjsCompiler, in its field `authored`
   std::vector<std::string> names;
-  for (int j = 0; j < model.njnt; ++j) {
-    if (model.jnt_type[j] != mjJNT_HINGE || !model.jnt_limited[j]) continue;
+  for_each(spec, mjOBJ_JOINT, [&](mjsElement* e) {
+    const int j = mjs_getId(e);
+    if (model.jnt_type[j] != mjJNT_HINGE || !model.jnt_limited[j] || (mjs_getCompiler(e)->authored & kAngle) != 0) return;
     const double lower = model.jnt_range[2 * j] * kDegrees, upper = model.jnt_range[2 * j + 1] * kDegrees;
-    if (std::max(std::abs(lower), std::abs(upper)) > kLargest * 1.001) continue;
+    if (std::max(std::abs(lower), std::abs(upper)) > kLargest * 1.001) return;
     const char* name = mj_id2name(&model, mjOBJ_JOINT, j);
     names.push_back(fmt::format("{} [{:.3g}, {:.3g}]", name != nullptr ? name : fmt::format("#{}", j), lower, upper));
-  }
+  });
   if (names.empty()) return "";
-  tinyxml2::XMLDocument document;
-  std::set<fs::path> seen;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) return "";
-  if (states_angle(*document.RootElement(), file.parent_path(), seen)) return "";
   return fmt::format(
       "no <compiler angle=\"…\"> says what angles are written in, so that these ranges are in degrees: {}; write "
       "<compiler angle=\"radian\"/> where they are radians",

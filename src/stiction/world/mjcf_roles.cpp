@@ -5,18 +5,12 @@
 #include <algorithm>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/world/mjcf_view.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::world {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-std::string name_of(const mjModel& m, int body) {
-  const char* name = mj_id2name(&m, mjOBJ_BODY, body);
-  return name != nullptr && *name != '\0' ? MjcfView::usable(name) : fmt::format("body_{}", body);
-}
 
 /// Appends the nearest joints at or above a body.
 void add_joints_above(const mjModel& m, int body, std::vector<int>& out) {
@@ -75,13 +69,13 @@ struct MjcfRoles::Builder {
   int find_body(const std::string& name, std::string_view what) const {
     std::vector<std::string> moving;
     for (int b = 1; b < m.nbody; ++b) {
-      if (name_of(m, b) == name) {
+      if (out.names_.body(b) == name) {
         if (what == "robot" ? tree[at(b)] == 0 : m.body_jntnum[b] == 0)
           fail(fmt::format("body '{}' as {}, which no joint moves", name, what),
                what == "robot" ? "a body of a tree with joints" : "a body with a joint");
         return b;
       }
-      if (m.body_jntnum[b] > 0) moving.push_back(name_of(m, b));
+      if (m.body_jntnum[b] > 0) moving.push_back(out.names_.body(b));
     }
     fail(fmt::format("{} '{}', which is no body of the file", what, name),
          moving.empty() ? "none (no body has a joint)" : "one of " + list_with_hint(name, moving));
@@ -185,9 +179,9 @@ struct MjcfRoles::Builder {
       if (own.empty() || out.top_[at(above)] == 0) continue;
       const MjcfRole carrier = out.bodies_[at(above)];
       if (carrier == MjcfRole::Robot && role == MjcfRole::Object)
-        fail(fmt::format("object '{}', which hangs on a joint of the robot", name_of(m, b)), "a body that no robot carries");
+        fail(fmt::format("object '{}', which hangs on a joint of the robot", out.names_.body(b)), "a body that no robot carries");
       if (carrier == MjcfRole::Object && role == MjcfRole::Robot && out.by_actuators_)
-        fail(fmt::format("object '{}', on which a joint of the robot hangs", name_of(m, out.top_[at(above)])),
+        fail(fmt::format("object '{}', on which a joint of the robot hangs", out.names_.body(out.top_[at(above)])),
              "the body below as an object as well");
     }
     for (int b = m.nbody - 1; b > 0; --b) {  // fixed bodies that carry links of the robot
@@ -205,7 +199,7 @@ struct MjcfRoles::Builder {
 };
 
 MjcfRoles::MjcfRoles(const mjModel& m, const RobotSpec& spec, const std::filesystem::path& file)
-    : m_(m), by_actuators_(spec.split.by_actuators) {
+    : m_(m), names_(m), by_actuators_(spec.split.by_actuators) {
   Builder builder{*this, m, spec, file};
   builder.find_trees();
   builder.decide_joints();

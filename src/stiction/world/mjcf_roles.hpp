@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "stiction/world/mjcf_names.hpp"
 #include "stiction/world/scene.hpp"
 
 namespace stiction::world {
@@ -24,6 +25,7 @@ class MjcfRoles {
   /// @throws core::InvalidInput: a named body does not exist or cannot have the stated role
   MjcfRoles(const mjModel& m, const RobotSpec& spec, const std::filesystem::path& file);
 
+  const MjcfNames& names() const { return names_; }
   MjcfRole of_joint(int joint) const { return joints_[static_cast<std::size_t>(joint)]; }
   bool moves(int joint) const { return of_joint(joint) != MjcfRole::Fixed; }
   /// Role of the joint that moves the body. A fixed body belongs to the robot if links of the robot hang on it.
@@ -41,6 +43,7 @@ class MjcfRoles {
  private:
   struct Builder;
   const mjModel& m_;
+  MjcfNames names_;
   bool by_actuators_;
   std::vector<MjcfRole> joints_{}, bodies_{};
   std::vector<int> top_{}, silent_motors_{};

@@ -62,24 +62,6 @@ std::string MjcfView::given_name(mjtObj type, int id) const {
   return name != nullptr ? name : "";
 }
 
-std::string MjcfView::usable(std::string name) {
-  for (char& c : name) {
-    if (c == '/' || c == '*' || c == ' ') c = '_';
-  }
-  return name;
-}
-
-std::string MjcfView::body_name(int body) const {
-  const std::string given = usable(given_name(mjOBJ_BODY, body));
-  return given.empty() ? fmt::format("body_{}", body) : given;
-}
-
-std::string MjcfView::joint_name(int joint) const {
-  const std::string given = usable(given_name(mjOBJ_JOINT, joint));
-  const int body = m_->jnt_bodyid[joint];
-  return given.empty() ? fmt::format("{}_joint_{}", body_name(body), joint - m_->body_jntadr[body]) : given;
-}
-
 std::string MjcfView::describe(std::string_view element, mjtObj type, int id, std::string_view reason) const {
   const std::string name = given_name(type, id);
   return name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason);

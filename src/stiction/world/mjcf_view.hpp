@@ -26,10 +26,8 @@ class MjcfView {
   MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file);
 
   std::string given_name(mjtObj type, int id) const;
-  std::string body_name(int body) const;
-  std::string joint_name(int joint) const;
-  /// Makes a name of the file usable as a part of other names.
-  static std::string usable(std::string name);
+  const std::string& body_name(int body) const { return roles_.names().body(body); }
+  const std::string& joint_name(int joint) const { return roles_.names().joint(joint); }
 
   bool is_free(int joint) const { return m_->jnt_type[joint] == mjJNT_FREE; }
   double reference(int joint) const { return m_->qpos0[m_->jnt_qposadr[joint]]; }  ///< value of the joint at the pose of the file

@@ -51,6 +51,15 @@ void ModelParts::add_dof(std::string name, DofKind kind, BodyKind owner_kind, in
   m.dofs.push_back({std::move(name), kind, owner_kind, owner, lower, upper, stiffness, effort});
 }
 
+void ModelParts::join(int parent, int body, bool between) {
+  const int above = group[at(parent)], below = group[at(body)];
+  std::set<std::pair<int, int>> more{{above, below}};
+  for (const auto& [a, b] : adjacent) {
+    if (between && b == above) more.emplace(a, below);
+  }
+  adjacent.merge(more);
+}
+
 void ModelParts::set_joint_friction(double friction, double damping) {
   m.dofs.back().friction = friction;
   m.dofs.back().damping = damping;

@@ -45,6 +45,9 @@ class ModelParts {
   void add_geometry(int body, const GeometrySpec& spec);
   void add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness,
                double effort = kInfinity);
+  /// Marks a body as joined to its parent by a movable joint. @param between  true: the parent only stands between two joints of one body, which
+  /// is joined to the parents of that parent as well
+  void join(int parent, int body, bool between);
   void set_joint_friction(double friction, double damping);  ///< sets them for the last coordinate added
   void set_joint_spring(double stiffness, double rest);      ///< sets them for the last coordinate added
 

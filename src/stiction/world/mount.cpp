@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <string_view>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
@@ -144,7 +145,8 @@ void mount_all(const RobotSpec& robot, RobotContents& contents) {
     try {
       mount(robot, robot.mounts[i], contents);
     } catch (const core::InvalidInput& e) {
-      throw core::InvalidInput(fmt::format("mount[{}].{}", i, e.what()));
+      const std::string_view what = e.what();  // a fault in the file, or one of a key
+      throw core::InvalidInput(fmt::format("mount[{}]{}{}", i, what.starts_with(robot.mounts[i].file.string()) ? ": " : ".", what));
     }
   }
 }

@@ -35,6 +35,7 @@ class PairFinder {
       for (const Geometry& geometry : m_.geometries) balls.push_back(ball_of(geometry, rest, q));
     });
     std::map<std::vector<int>, int> support_index;
+    const std::vector<Filter> filters = find_filters();
     for (std::size_t i = 0; i < m_.geometries.size(); ++i) {
       for (std::size_t j = i + 1; j < m_.geometries.size(); ++j) {
         const Geometry& a = m_.geometries[i];  // bodies stand in the order objects, robots, fixed: a comes first
@@ -42,10 +43,8 @@ class PairFinder {
         if (!may_touch(a, b) || !may_push(a, b)) continue;
         Pair pair{static_cast<int>(i), static_cast<int>(j), 0, m_.scene.contact_distance, -1};
         bool excluded = false;
-        for (const FilterSpec& filter : m_.scene.filters) {
-          const bool hit = (geometry_matches(filter.a, a) && geometry_matches(filter.b, b)) ||
-                           (geometry_matches(filter.a, b) && geometry_matches(filter.b, a));
-          if (!hit) continue;
+        for (const Filter& filter : filters) {
+          if (!((filter.a[i] && filter.b[j]) || (filter.a[j] && filter.b[i]))) continue;
           if (filter.max_distance)
             pair.max_distance = *filter.max_distance;
           else
@@ -78,6 +77,23 @@ class PairFinder {
   }
 
  private:
+  /// A filter, and the geometries that its patterns match: a file may exclude thousands of pairs.
+  struct Filter {
+    std::vector<bool> a, b;
+    std::optional<double> max_distance;
+  };
+
+  std::vector<Filter> find_filters() const {
+    const auto find = [&](const std::string& pattern) {
+      std::vector<bool> out;
+      for (const Geometry& geometry : m_.geometries) out.push_back(geometry_matches(pattern, geometry));
+      return out;
+    };
+    std::vector<Filter> filters;
+    for (const FilterSpec& filter : m_.scene.filters) filters.push_back({find(filter.a), find(filter.b), filter.max_distance});
+    return filters;
+  }
+
   bool geometry_matches(const std::string& pattern, const Geometry& geometry) const {
     const Body& body = m_.bodies[at(geometry.body)];
     if (matches_pattern(pattern, body.name) || matches_pattern(pattern, geometry.name)) return true;

@@ -125,6 +125,15 @@ std::shared_ptr<const RobotContents> read_contents(const YamlNode& source, const
   }
 }
 
+/// Names the robot of a whole scene "robot", or the like if an object of the file has that name.
+void set_name(RobotSpec& robot) {
+  const auto is_taken = [&](const std::string& name) {
+    return std::ranges::find(robot.contents->objects, name, &ObjectSpec::name) != robot.contents->objects.end();
+  };
+  robot.name = "robot";
+  while (is_taken(robot.name) || is_taken(robot.name + "_world")) robot.name += "_";
+}
+
 /// Reads the files mounted on links: one map, or a list of maps.
 std::vector<MountSpec> read_mounts(const YamlNode& node, const RobotSpec& robot) {
   std::vector<MountSpec> out;
@@ -157,7 +166,7 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   const bool mjcf = whole != nullptr ? !is_whole_urdf(whole->file, package_dirs) : node.has("mjcf");
   if (whole != nullptr) {
     node.require_map({"name", "bodies", "srdf", "base", "stiffness", "effort", "link_friction", "push_with", "fixed_base", "mount"});
-    robot.name = node.has("name") ? read_name(node) : "robot";
+    if (node.has("name")) robot.name = read_name(node);
     robot.split = {.by_actuators = true, .robot = {}, .objects = whole->objects};
     if (const auto bodies = node.find("bodies")) robot.split.robot = read_bodies(*bodies);
   } else {
@@ -200,6 +209,7 @@ void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path
                           : whole != nullptr                          ? whole->file
                                                                       : node.at(robot.mjcf.empty() ? "urdf" : "mjcf");
   robot.contents = read_contents(source, robot);
+  if (whole != nullptr && !node.has("name")) set_name(robot);
   const RobotTree& tree = robot.contents->robot;
   std::vector<std::string> links;
   for (const auto& link : tree.links) {

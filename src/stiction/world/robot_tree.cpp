@@ -171,10 +171,9 @@ void shorten_chains(RobotTree& tree) {
 }  // namespace
 
 void release_placeholder_limits(RobotTree& tree) {
-  constexpr double kLargest = 1e3;  // 159 turns, 1 km: files write 1e4, 1e6, 1e16 or the largest double where they mean no limit
   std::vector<std::string> names;
   for (RobotJoint& joint : tree.joints) {
-    const auto is_placeholder = [](double limit) { return std::isfinite(limit) && std::abs(limit) >= kLargest; };
+    const auto is_placeholder = [](double limit) { return std::isfinite(limit) && std::abs(limit) >= kNoLimit; };
     if (!is_placeholder(joint.lower) && !is_placeholder(joint.upper)) continue;
     names.push_back(joint.name);
     if (is_placeholder(joint.lower) && joint.lower < 0) joint.lower = -std::numeric_limits<double>::infinity();

@@ -18,6 +18,8 @@ namespace stiction::world {
 
 /// Density of robot links whose file states no inertia [kg/m³].
 inline constexpr double kLinkDensity = 1000;
+/// Limits from here on mean that there is none (159 turns, 1 km): files write 1e4, 1e6, 1e16 or the largest double [rad, m].
+inline constexpr double kNoLimit = 1e3;
 
 struct RobotCollision {
   std::string name;  ///< name of the element, or KIND_NUMBER; unique within its link

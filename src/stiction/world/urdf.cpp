@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -19,6 +20,7 @@
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
+#include "stiction/world/urdf_unread.hpp"
 #include "stiction/world/urdf_visuals.hpp"
 #include "stiction/world/xml_reader.hpp"
 #include "stiction/world/yaml.hpp"
@@ -41,7 +43,7 @@ struct Source {
   std::span<const std::filesystem::path> package_dirs;
   MeshOptions options;
   bool whole_scene = false;
-  std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{}, empty{};
+  std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{}, empty{}, soft{}, far{};
   LinkHulls hulls{};
   std::map<std::pair<std::filesystem::path, std::array<double, 3>>, LoadedMesh> meshes{};  ///< by file and scale: links share them
 
@@ -56,6 +58,8 @@ struct Source {
     add(empty, "shapes without a volume touch nothing and are left out, of links");
     add(unlimited, "no limits in the file, so that these joints have none");
     add(reversed, "a lower limit above the upper one, so that these joints have none");
+    add(far, "limits of more than three turns, which may be degrees where the format has radians, of joints");
+    add(soft, "soft limits of <safety_controller> that are narrower than the limits are not read, of joints");
     return out;
   }
 };
@@ -205,7 +209,20 @@ double read_speed_limit(const XmlReader& reader, const XMLElement& joint, const 
   const auto speed = reader.try_number(text, true);
   if (!speed || *speed < 0)
     reader.fail(limit, reader.label(joint) + " velocity", fmt::format("'{}'", text), "a number > 0, or 0 where it is not known");
-  return *speed > 0 ? *speed : kInfinity;
+  return *speed > 0 && *speed <= core::kLargestNumber ? *speed : kInfinity;
+}
+
+/// Notes on limits that are probably not meant, or that the maker narrowed in another place.
+void add_limit_notes(const XmlReader& reader, const XMLElement& element, Source& source, const RobotJoint& joint) {
+  const double most = std::max(std::abs(joint.lower), std::abs(joint.upper));
+  if (joint.kind == RobotJoint::Kind::Revolute && most > 6 * std::numbers::pi && most < kNoLimit) source.far.push_back(joint.name);
+  const XMLElement* safety = element.FirstChildElement("safety_controller");
+  if (safety == nullptr) return;
+  const auto soft = [&](const char* name, double limit) {
+    return safety->Attribute(name) != nullptr ? reader.number(*safety, name, true) : limit;
+  };
+  const double lower = soft("soft_lower_limit", joint.lower), upper = soft("soft_upper_limit", joint.upper);
+  if (lower < upper && (lower > joint.lower || upper < joint.upper)) source.soft.push_back(joint.name);
 }
 
 /// Reads the limits of a joint. If the file states neither limit, the joint has none, as in MuJoCo and Drake. If one is missing, it is 0, as the
@@ -216,7 +233,7 @@ void read_limits(const XmlReader& reader, const XMLElement& element, Source& sou
     const double effort = reader.number(*limit, "effort", true);
     if (effort < 0)
       reader.fail(*limit, reader.label(element) + " effort", fmt::format("{}", effort), "a number > 0, or 0 where it is not known");
-    if (effort > 0 && std::isfinite(effort)) joint.effort = effort;
+    if (effort > 0 && effort <= core::kLargestNumber) joint.effort = effort;
   }
   if (limit != nullptr) joint.speed_limit = read_speed_limit(reader, element, *limit);
   if (continuous || limit == nullptr || (limit->Attribute("lower") == nullptr && limit->Attribute("upper") == nullptr)) {
@@ -227,7 +244,7 @@ void read_limits(const XmlReader& reader, const XMLElement& element, Source& sou
   }
   if (limit->Attribute("lower") != nullptr) joint.lower = reader.number(*limit, "lower", true);
   if (limit->Attribute("upper") != nullptr) joint.upper = reader.number(*limit, "upper", true);
-  if (joint.lower <= joint.upper) return;
+  if (joint.lower <= joint.upper) return add_limit_notes(reader, element, source, joint);
   source.reversed.push_back(joint.name);
   joint.lower = -kInfinity;
   joint.upper = kInfinity;
@@ -309,11 +326,16 @@ class TreeReader {
     read_links();
     read_joints();
     faults_.raise();
-    const auto roots = std::count(joint_of_child_.begin(), joint_of_child_.end(), -1);
-    if (roots != 1) reader_.fail(root_, "robot", fmt::format("{} links without a parent", roots), "one");
+    std::vector<std::string> roots;
+    for (std::size_t link = 0; link < links_.size(); ++link) {
+      if (joint_of_child_[link] < 0) roots.push_back(links_[link].name);
+    }
+    if (roots.empty()) reader_.fail(root_, "robot", "links that form a circle", "a tree");
+    if (roots.size() > 1) reader_.fail(root_, "robot", fmt::format("{} links without a parent: {}", roots.size(), list_some(roots)), "one");
     RobotTree robot;
     robot.name = root_.Attribute("name") ? root_.Attribute("name") : "";
     robot.notes = source_.notes();
+    if (const std::string unread = find_unread(root_); !unread.empty()) robot.notes.push_back(unread);
     const std::size_t count = links_.size();
     visit(static_cast<int>(std::find(joint_of_child_.begin(), joint_of_child_.end(), -1) - joint_of_child_.begin()), robot);
     read_urdf_visuals(reader_, root_, source_.folder, source_.package_dirs, robot);

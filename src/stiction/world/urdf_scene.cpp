@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/mjcf_names.hpp"
 #include "stiction/world/scene_sections.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/yaml.hpp"
@@ -41,6 +43,7 @@ class UrdfSplitter {
   UrdfSplitter(const MjcfSplit& split, RobotContents& contents) : split_(split), contents_(contents), tree_(contents.robot) {}
 
   void run() {
+    make_names_usable();
     find_trees();
     decide();
     for (std::size_t link = 0; link < tree_.links.size(); ++link) {
@@ -61,6 +64,21 @@ class UrdfSplitter {
 
   [[noreturn]] static void fail(std::string_view got, std::string_view expected) {
     throw core::InvalidInput(fmt::format("urdf: got {}, expected {}", got, expected));
+  }
+
+  /// Changes names of links that an object cannot have.
+  void make_names_usable() {
+    std::set<std::string> taken;
+    for (const RobotLink& link : tree_.links) taken.insert(link.name);
+    for (RobotLink& link : tree_.links) {
+      std::string name = usable(link.name);
+      if (name == link.name) continue;
+      while (!taken.insert(name).second) name += "_";
+      for (FileVisual& visual : tree_.visuals) {
+        if (visual.owner == link.name) visual.owner = name;
+      }
+      link.name = name;
+    }
   }
 
   /// The nearest link at or above this one that a joint moves; 0 if there is none.

@@ -17,6 +17,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/encoding.hpp"
+#include "stiction/world/mesh_contents.hpp"
 
 namespace stiction::world {
 namespace {
@@ -30,7 +31,7 @@ namespace fs = std::filesystem;
 /// Gives Assimp access to one file and the material files beside it only, because a mesh could name any other file.
 class MeshFolder final : public Assimp::IOSystem {
  public:
-  explicit MeshFolder(fs::path file) : file_(std::move(file)) {}
+  MeshFolder(fs::path file, std::string bytes) : file_(std::move(file)) { contents_.emplace(file_.string(), std::move(bytes)); }
   bool Exists(const char* name) const override {
     const fs::path path(name);
     return path == file_ || (path.extension() == ".mtl" &&
@@ -86,10 +87,13 @@ ColoredMesh take_part(const aiScene& scene, const aiMesh& mesh, const Eigen::Vec
 
 std::vector<ColoredMesh> load_visual_mesh(const fs::path& file, const Eigen::Vector3d& scale) {
   if (!fs::is_regular_file(file)) fail_visual(file, "a file that does not exist", "a mesh");
+  std::string bytes = read_bytes(file);
+  require_mesh_contents(file, bytes);
   Assimp::Importer importer;
-  importer.SetIOHandler(new MeshFolder(file));  // the importer deletes it
+  importer.SetIOHandler(new MeshFolder(file, std::move(bytes)));  // the importer deletes it
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // as in load_mesh()
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
   if (scene == nullptr) fail_visual(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   std::vector<ColoredMesh> parts;

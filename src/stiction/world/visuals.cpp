@@ -118,9 +118,10 @@ class VisualsReader {
   /// @param mounted  empty: the robot's own file or text
   void compile(const std::filesystem::path& mounted, std::vector<MeshPointer>& meshes) const {
     const bool is_text = mounted.empty() && !robot_->text.empty();
-    const std::filesystem::path file = is_text ? robot_->mjcf.parent_path() / ".text.xml" : mounted.empty() ? robot_->mjcf : mounted;
+    const std::filesystem::path& file = mounted.empty() ? robot_->mjcf : mounted;  // of a text its folder
+    const std::string text = xml_text(is_text ? robot_->text : read_bytes(file), file, "mjcf");
     std::vector<std::string> ignored;  // Model::make() has already reported these notes
-    const CompiledMjcf model = compile_mjcf(is_text ? robot_->text : read_bytes(file), file, file, ignored);
+    const CompiledMjcf model = compile_mjcf(text, file.parent_path(), file, ignored);
     for (int number = 0; number < model->nmesh; ++number) meshes.push_back(take_mesh(*model, number));
   }
 

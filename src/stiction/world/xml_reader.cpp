@@ -1,5 +1,9 @@
 #include "stiction/world/xml_reader.hpp"
 
+#include <Eigen/Geometry>
+
+#include "stiction/world/encoding.hpp"
+
 namespace stiction::world {
 namespace {
 
@@ -28,16 +32,30 @@ std::string lower_case(std::string_view text) {
 
 }  // namespace
 
+Pose XmlReader::origin(const XMLElement& at) const {
+  const XMLElement* element = at.FirstChildElement("origin");
+  if (element == nullptr) return {};
+  const Eigen::Vector3d p = vector3(*element, "xyz", Eigen::Vector3d::Zero());
+  if (element->Attribute("quat_xyzw") == nullptr) return {rotation_from_rpy(vector3(*element, "rpy", Eigen::Vector3d::Zero())), p};
+  if (element->Attribute("rpy") != nullptr) fail(*element, "origin", "rpy beside quat_xyzw", "one of the two");
+  const Eigen::Vector4d xyzw = vector4(*element, "quat_xyzw");
+  if (!(std::abs(xyzw.norm() - 1) < 1e-3)) fail(*element, "origin quat_xyzw", fmt::format("length {:.6g}", xyzw.norm()), "length 1");
+  return {Eigen::Quaterniond(xyzw).normalized().toRotationMatrix(), p};
+}
+
 const XMLElement* parse_xml(tinyxml2::XMLDocument& document, const std::string& text, const std::filesystem::path& file,
                             std::string_view format) {
   const Format& wanted = *std::find_if(std::begin(kFormats), std::end(kFormats), [&](const Format& f) { return f.key == format; });
+  if (const auto found = find_stand_in(text))
+    throw core::InvalidInput(
+        fmt::format("{}:1: {}: got {}, expected {}; {}", file.string(), format, found->what, wanted.name, found->remedy));
   document.Parse(text.data(), text.size());
-  // Web pages are seldom valid XML, but the message should name them as web pages.
-  const bool page = lower_case(text.substr(0, std::min<std::size_t>(text.size(), 256))).find("<!doctype html") != std::string::npos;
-  if (page || (document.Error() && document.ErrorID() != tinyxml2::XML_ERROR_EMPTY_DOCUMENT)) {
-    const std::string got = page ? "a web page" : fmt::format("malformed XML ({})", document.ErrorName());
-    throw core::InvalidInput(fmt::format("{}:{}: {}: got {}, expected {}{}", file.string(), page ? 1 : document.ErrorLineNum(), format, got,
-                                         wanted.name, page ? "; download the file itself" : ""));
+  if (document.Error() && document.ErrorID() != tinyxml2::XML_ERROR_EMPTY_DOCUMENT) {
+    const auto first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
+    const std::string got = first != std::string::npos && text[first] == '<' ? fmt::format("malformed XML ({})", document.ErrorName())
+                                                                             : "a text that is no XML";
+    throw core::InvalidInput(
+        fmt::format("{}:{}: {}: got {}, expected {}", file.string(), document.ErrorLineNum(), format, got, wanted.name));
   }
   const XMLElement* root = document.RootElement();
   if (root == nullptr || root->Name() == wanted.root) return root;

@@ -72,14 +72,11 @@ class XmlReader {
     return numbers(at, attribute, required(at, attribute), 4, false);
   }
 
-  Pose origin(const XMLElement& at) const {
-    const XMLElement* element = at.FirstChildElement("origin");
-    if (element == nullptr) return {};
-    return {rotation_from_rpy(vector3(*element, "rpy", Eigen::Vector3d::Zero())), vector3(*element, "xyz", Eigen::Vector3d::Zero())};
-  }
+  /// Reads the pose of <origin>, whose rotation is `rpy` or, since version 1.2 of the format, `quat_xyzw`.
+  Pose origin(const XMLElement& at) const;
 
   /// Reads a text that is a number, with or without blanks around it; nullopt for any other text.
-  /// @param infinite_allowed  false: the number must be finite
+  /// @param infinite_allowed  false: the number must be finite, and at most core::kLargestNumber
   static std::optional<double> try_number(std::string_view text, bool infinite_allowed) {
     const auto values = try_numbers(text, 1, infinite_allowed);
     return values ? std::optional((*values)[0]) : std::nullopt;
@@ -93,7 +90,7 @@ class XmlReader {
     for (int i = 0; i < n; ++i) {
       skip();
       const auto value = core::take_number(text);
-      if (!value || !(std::isfinite(*value) || (infinite_allowed && !std::isnan(*value)))) return std::nullopt;
+      if (!value || !(std::abs(*value) <= core::kLargestNumber || (infinite_allowed && !std::isnan(*value)))) return std::nullopt;
       out[i] = *value;
     }
     skip();

@@ -99,7 +99,7 @@ struct YamlBuilder {
       throw InvalidInput(fmt::format("{}: got more than 64 nested levels, expected fewer", locate(*file, in.Mark().line + 1, path)));
     auto data = std::make_shared<YamlNode::Data>();
     data->file = file;
-    data->line = in.Mark().line + 1;
+    data->line = std::max(in.Mark().line, 0) + 1;  // an empty file has no mark
     data->path = path;
     switch (in.Type()) {
       case YAML::NodeType::Undefined:
@@ -147,14 +147,26 @@ YamlNode YamlNode::parse(const std::string& text, const std::filesystem::path& f
   if (const auto line = line_of_foreign_bytes(text)) {
     throw InvalidInput(fmt::format("{}: got bytes that are not UTF-8, expected text in UTF-8", locate(file, *line, "file")));
   }
+  if (const auto at = text.find('\0'); at != std::string::npos) {
+    const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n') + 1;
+    throw InvalidInput(fmt::format("{}: got a byte 0, expected text", locate(file, static_cast<int>(line), "file")));
+  }
+  if (const auto found = find_stand_in(text))
+    throw InvalidInput(fmt::format("{}: got {}, expected YAML; {}", locate(file, 1, "file"), found->what, found->remedy));
   if (const auto first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); first != std::string::npos && text[first] == '<')
     throw InvalidInput(fmt::format(
         "{}: got XML, expected YAML: `stiction import` makes a task of a whole scene in MJCF, URDF or SDF, and a scene names the "
         "file of a robot as `mjcf` or `urdf`",
         locate(file, 1, "file")));
   try {
-    return YamlBuilder{std::make_shared<const std::filesystem::path>(file), kNodesPerCharacter * (text.size() + 1)}.build(YAML::Load(text),
-                                                                                                                          "");
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    for (std::size_t i = 1; i < documents.size(); ++i) {
+      if (!documents[i].IsNull())
+        throw InvalidInput(fmt::format("{}: got a second document, expected one: '---' ends the first",
+                                       locate(file, documents[i].Mark().line + 1, "file")));
+    }
+    return YamlBuilder{std::make_shared<const std::filesystem::path>(file), kNodesPerCharacter * (text.size() + 1)}.build(
+        documents.empty() ? YAML::Node() : documents[0], "");
   } catch (const YAML::Exception& e) {
     if (const auto line = line_indented_by_tab(text))
       throw InvalidInput(
@@ -270,6 +282,7 @@ double YamlNode::number() const {
   if (!is_number()) fail("a number");
   const double value = *read_number(data_->scalar);
   if (!std::isfinite(value)) fail("a finite number");
+  if (std::abs(value) > core::kLargestNumber) fail(fmt::format("a number of at most {}", core::kLargestNumber));
   return value;
 }
 
