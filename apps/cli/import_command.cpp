@@ -57,10 +57,7 @@ int run_import(const ImportArguments& arguments) {
     return kDone;
   }
   require_new(out);
-  std::ofstream written(out, std::ios::binary);
-  written << text;
-  written.close();
-  if (!written) core::throw_invalid("-o", fmt::format("'{}', which cannot be written", out.string()), "a file in a folder that is there");
+  tasks::write_text(text, out);
   say(stdout, "wrote {}: edit its goal, then run `stiction lint {}` and `stiction plan {}`\n", out.string(), out.string(), out.string());
   return kDone;
 }

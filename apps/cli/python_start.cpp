@@ -46,18 +46,23 @@ constexpr const char* kStart = R"(import sys
 command, sys.argv[:] = sys.argv[1], sys.argv[2:]
 if sys.path and sys.path[0] == "":
     del sys.path[0]
-try:
-    import runpy
-    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
-except (ImportError, SyntaxError) as error:
-    message = "%s: the Python of %s cannot run it: %s; STICTION_PYTHON names another interpreter" % (command, sys.executable, error)
+def fail(code, status, message):
     sys.stderr.write("stiction: " + message + "\n")
     if "--json" in sys.argv:
         import json
-        print(json.dumps({"status": "Error", "message": message}))
-    sys.exit(70)
+        print(json.dumps({"status": status, "message": message}))
+    sys.exit(code)
+try:
+    import signal
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler)
+    import runpy
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+except (ImportError, SyntaxError) as error:
+    fail(70, "Error", "%s: the Python of %s cannot run it: %s; STICTION_PYTHON names another interpreter" % (command, sys.executable, error))
 except KeyboardInterrupt:
-    sys.exit(130)
+    fail(130, "Cancelled", "interrupted")
 )";
 
 std::vector<std::string> with_interpreter(const std::string& command, const std::vector<std::string>& words) {

@@ -1,5 +1,6 @@
 #include "bind_run.hpp"
 #include "bind_touch.hpp"
+#include "stiction/core/file_fault.hpp"
 #include "stiction/core/status.hpp"
 #include "stiction/core/version.hpp"
 
@@ -10,7 +11,16 @@ NB_MODULE(_core, m) {
       false);  // what threads of an interrupted program hold is freed with the process, and is no fault of who interrupts it
   m.doc() = "Robot motion through contact.";
   m.def("version", &stiction::core::version, "Returns the version of the library as MAJOR.MINOR.PATCH.");
-  nb::exception<stiction::core::InvalidInput>(m, "InvalidInput", PyExc_ValueError);
+  const nb::exception<stiction::core::InvalidInput> invalid_input(m, "InvalidInput", PyExc_ValueError);
+  nb::register_exception_translator(
+      [](const std::exception_ptr& thrown, void* type) {
+        try {
+          std::rethrow_exception(thrown);
+        } catch (const std::filesystem::filesystem_error& error) {
+          PyErr_SetString(static_cast<PyObject*>(type), stiction::core::to_invalid_input(error).what());
+        }
+      },
+      invalid_input.ptr());
   nb::enum_<Status>(m, "Status", "Outcome of a numerical procedure. Wrong arguments raise InvalidInput instead.")
       .value("Solved", Status::Solved, "the procedure reached its tolerance or goal")
       .value("MaxIterations", Status::MaxIterations,

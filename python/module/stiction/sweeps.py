@@ -277,7 +277,8 @@ def read_table(file: str | os.PathLike[str]) -> list[dict[str, Any]]:
 
 
 def key_of(row: Mapping[str, Any]) -> tuple[str, ...]:
-    return tuple(to_cell(row[name]) for name in KEYS)
+    friction = row["friction"]  # a spreadsheet writes 1.0 as 1
+    return tuple(map(to_cell, (row["task"], row["options"], row["seed"], None if friction is None else float(friction))))
 
 
 def make_cases(names: list[str], choices: list[dict[str, Any]], seeds: list[int], frictions: list[float | None]) -> list[Case]:
