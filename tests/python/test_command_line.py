@@ -282,6 +282,26 @@ def test_signal_ends_a_sweep_as_ctrl_c_does(number: signal.Signals, tmp_path: Pa
     assert len(file.read_text(encoding="utf-8").splitlines()) >= 3
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signal_while_python_starts_is_code_130(number: signal.Signals, tmp_path: Path) -> None:
+    """Modules in C++ abort where an exception comes up in their start, and the interpreter knows nothing of SIGTERM."""
+    for after in (0.02, 0.05, 0.1, 0.2):
+        with children.Child([PROGRAM, "grasps", "planar_hand", "--count", "10000", "-o", tmp_path / "none.npz", "--json"]) as child:
+            time.sleep(after)
+            done = child.stop(number)
+        assert done.returncode == 130 and json.loads(done.stdout)["status"] == "Cancelled" and "Traceback" not in done.stderr, done.stderr
+
+
+def test_grasps_found_before_ctrl_c_are_kept(tmp_path: Path) -> None:
+    words = ["grasps", "planar_hand", "--count", "100000", "--timeout", "1000", "-o", tmp_path / "grasps.npz", "--json"]
+    with children.Child([PROGRAM, *words]) as child:
+        with pytest.raises(subprocess.TimeoutExpired):
+            child.communicate(timeout=6)
+        done = child.stop(signal.SIGINT)
+    assert done.returncode == 130 and json.loads(done.stdout)["status"] == "Cancelled", done.stderr
+    assert (tmp_path / "grasps.npz").stat().st_size > 0
+
+
 def test_signals_are_those_of_a_program_in_the_foreground_also_in_the_background(endless: Path, tmp_path: Path) -> None:
     """A script that is started with & ignores SIGINT, and so does what it starts."""
     with children.Child(["sh", "-c", 'trap "" INT; exec "$0" "$@"', PROGRAM, "plan", endless, "--timeout", 100, "-o", tmp_path]) as child:

@@ -134,6 +134,8 @@ def test_a_file_that_is_no_table_is_left_as_it_is(starts: Path, tmp_path: Path) 
         with pytest.raises(st.InvalidInput, match="notes.csv"):
             st.sweep("planar_pushing", out=file, run=run)
         assert file.read_bytes() == content
+    with pytest.raises(st.InvalidInput, match="got a folder, expected a file to write"):
+        st.sweep("planar_pushing", out=".", run=run)
     st.sweep("planar_pushing", out=tmp_path / "sweep.csv", run=run)
     (tmp_path / "sweep.csv").write_bytes(b"a,b\n1,2\nhalf")
     with pytest.raises(st.InvalidInput, match="sweep.csv: got other columns"):

@@ -66,11 +66,11 @@ class Table:
 
     def __init__(self, file: Path, columns: Sequence[str], spec: dict[str, Any]) -> None:
         """Raises InvalidInput: cannot be written, holds the rows of something else, or is being written."""
+        require_folder(file)
         self._file, self._columns, self._spec = file, list(columns), spec
         self._pyarrow = require("parquet", "a file of type Parquet", "pyarrow.parquet") if file.suffix == ".parquet" else None
         self._rows_file = file.with_suffix(".csv") if self._pyarrow else file
         self._spec_file = file.with_name(file.name + ".json")
-        require_folder(self._rows_file)
         there = self._rows_file.exists() and self._rows_file.stat().st_size > 0
         if there:
             self._require_same(spec)
