@@ -292,7 +292,7 @@ def test_archives_that_are_damaged_or_hold_other_arrays_are_refused(task: st.Tas
             st.read_demonstration(file, task)
     with file.open("wb") as out:
         np.save(out, arrays["q"])
-    with pytest.raises(st.InvalidInput, match="demo.npz: cannot be read .one array and no archive."):
+    with pytest.raises(st.InvalidInput, match="demo.npz: cannot be read .no archive of numpy.savez."):
         st.read_demonstration(file, task)
 
 

@@ -112,10 +112,11 @@ def _with_point(cell: str) -> str:
 def read_npz(file: str | os.PathLike[str], names: Sequence[str], what: str) -> dict[str, np.ndarray]:
     """Reads all arrays of a file of numpy.savez. Raises InvalidInput: no such file, or without an array of these names."""
     try:
-        data = np.load(file, allow_pickle=False)
-        if not isinstance(data, np.lib.npyio.NpzFile):
-            raise ValueError("one array and no archive")
-        with data:
+        with Path(file).open("rb") as stream:
+            if not zipfile.is_zipfile(stream):
+                raise ValueError("no archive of numpy.savez")
+            stream.seek(0)
+            data = np.load(stream, allow_pickle=False)
             arrays = {name: data[name] for name in data.files}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise InvalidInput(f"{file}: cannot be read ({error}), expected {what}") from None
