@@ -21,6 +21,23 @@ PROGRAM = ROOT / "build" / "release" / "stiction"
 if not PROGRAM.exists():
     pytest.skip(f"{PROGRAM} does not exist: run `make build`", allow_module_level=True)
 
+# ---- words
+
+
+@pytest.mark.parametrize("words", [["plan", "planar_pushing", "--goal", ""], ["plan", "planar_pushing", "--goal="], ["check", ""], ["export", "", "--format", "csv"], ["plan", "planar_pushing", "-o", ""]], ids=" ".join)
+def test_empty_word_is_not_an_option_that_is_missing(words: list[str], tmp_path: Path) -> None:
+    """As a variable of a shell that is not set gives it; `export ""` took the plan of the working folder."""
+    done = children.run([PROGRAM, *words, "--json"], cwd=tmp_path)
+    assert done.returncode == 2 and "got an empty word" in json.loads(done.stdout)["message"], done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [["simulate", "PLAN", "--speed", "1e-6"], ["export", "PLAN", "--format", "mcap", "--pause", "1e300"], ["export", "PLAN", "--format", "csv", "--speed", "1e-12"]], ids=" ".join)
+def test_motions_that_no_one_waits_for_are_refused(words: list[str], real_plan: Path, tmp_path: Path) -> None:
+    done = children.run([PROGRAM, *(real_plan if word == "PLAN" else word for word in words), "-o", tmp_path / "out", "--json"])
+    assert done.returncode == 2 and "got a motion of" in json.loads(done.stdout)["message"], done.stderr
+
+
 # ---- numbers
 
 FIRST = {"check": "plan.json", "simulate": "plan.json", "refine": "plan.json", "export": "plan.json", "stream": "plan.json", "benchmark": "push_t_planar", "bench": None}  # others take a task or a scenario

@@ -249,7 +249,7 @@ def test_a_file_says_the_same(stiction, tmp_path: Path) -> None:
         done = stiction("sweep", spec, "-o", tmp_path / "other.csv", "--json")
         assert done.returncode == 2 and message in done.stderr and f"{spec}" in done.stderr, done.stderr
         assert json.loads(done.stdout)["status"] == "InvalidInput"
-    for words, message in ((["--seeds", "a"], "--seeds: got 'a'"), (["--friction", "x"], "--friction: got 'x'"), (["--option", "x"], "--option: got 'x'"), (["--speed", "0"], "--speed: got '0'"), (["--nothing"], "--nothing")):
+    for words, message in ((["--seeds", "a"], "--seeds: got 'a'"), (["--friction", "x"], "--friction: got 'x'"), (["--option", "x"], "--option: got 'x'"), (["--option", "goal_bias=0.3,0.3"], "options: goal_bias: got [0.3, 0.3], expected at least one, each once"), (["--option", "goal_bias=0.3", "--option", "goal_bias=0.4"], "--option: got 'goal_bias' more than once"), (["--speed", "0"], "--speed: got '0'"), (["--nothing"], "--nothing")):
         done = stiction("sweep", "planar_pushing", *words, "-o", tmp_path / "other.csv")
         assert done.returncode == 2 and message in done.stderr, done.stderr
 

@@ -168,6 +168,7 @@ def combinations(options: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     for name, values in options.items():
         if isinstance(values, str) or not isinstance(values, Sequence) or not values:
             raise InvalidInput(f"options: {name}: got {values!r}, expected a list of values")
+        _unique(f"options: {name}", values)
     return [dict(zip(options, values)) for values in itertools.product(*options.values())]
 
 
