@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "output.hpp"
+#include "stiction/core/file_fault.hpp"
 #include "stiction/core/invalid_input.hpp"
 
 namespace stiction::app {
@@ -37,6 +38,10 @@ int answer(std::string_view program, bool json, const std::function<int()>& body
     return fail(json, kBadInput, "InvalidInput", fmt::format("{}; {}", e.what(), help_of(program)));
   } catch (const core::InvalidInput& e) {
     return fail(json, kBadInput, "InvalidInput", e.what());
+  } catch (const std::filesystem::filesystem_error& e) {
+    return fail(json, kBadInput, "InvalidInput", core::to_invalid_input(e).what());
+  } catch (const std::bad_alloc&) {
+    return fail(json, kInternalError, "Error", "there is not enough memory for this");
   } catch (const std::exception& e) {
     return fail(json, kInternalError, "Error", e.what());
   }

@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 
 #include "app.hpp"
 #include "import_command.hpp"
@@ -59,10 +58,8 @@ int run_import(const ImportArguments& arguments) {
     say(stdout, "{}", text);
     return kDone;
   }
-  std::ofstream written(out, std::ios::binary);
-  written << text;
-  written.close();
-  if (!written) core::throw_invalid("-o", fmt::format("'{}', which cannot be written", out.string()), "a file in a folder that is there");
+  require_new(out);
+  tasks::write_text(text, out);
   say(stdout, "wrote {}: edit its goal, then run `stiction lint {}` and `stiction plan {}`\n", out.string(), out.string(), out.string());
   return kDone;
 }

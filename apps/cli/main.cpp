@@ -80,6 +80,17 @@ void require_command(int argc, char** argv) {
   throw CLI::ValidationError("command", fmt::format("got '{}', expected one of {}", argv[1], names));
 }
 
+/// @throws CLI::ValidationError: a word is empty, as an unset variable of a shell; it would be taken for an option that is not given
+void require_words(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    const bool is_empty_option = word.starts_with("--") && word.ends_with("=");
+    const bool is_note = word.starts_with("--note") || std::string_view(argv[i - 1]) == "--note";
+    if ((word.empty() || is_empty_option) && !is_note)
+      throw CLI::ValidationError(is_empty_option ? argv[i] : argv[i - 1], "got an empty word after it, expected a value or nothing");
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -95,6 +106,7 @@ int main(int argc, char** argv) {
     }
     try {
       require_command(argc, argv);
+      require_words(argc, argv);
       cli.parse(argc, argv);
     } catch (const CLI::Success& e) {
       return cli.exit(e);

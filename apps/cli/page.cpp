@@ -97,6 +97,8 @@ bool make_page(const fs::path& plan, const fs::path& html, std::FILE* to, std::s
 void require_page(const fs::path& html) {
   if (html.empty()) return;
   if (fs::is_directory(html)) core::throw_invalid("--html", "the folder '" + html.string() + "'", "a file to write");
+  if (fs::exists(html) && !fs::is_regular_file(html))
+    core::throw_invalid("--html", "the device or pipe '" + html.string() + "'", "a file to write");
   tasks::require_writable(html.has_parent_path() ? html.parent_path() : fs::path("."));
 }
 

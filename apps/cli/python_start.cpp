@@ -41,24 +41,39 @@ std::string path_of(const std::string& command, Packages packages) {
 }
 
 /// As `python -m`, without the working folder among the places of modules. A package that is missing, or too new for the interpreter, is a
-/// message, also where it is the first to be loaded.
-constexpr const char* kStart = R"(import sys
+/// message, also where it is the first to be loaded. A signal ends the program at once while packages are loaded: modules in C++ cannot be
+/// interrupted in the middle of their start.
+constexpr const char* kStart = R"(import json, os, signal, sys
 command, sys.argv[:] = sys.argv[1], sys.argv[2:]
+def end(code, status, message):
+    try:
+        os.write(2, ("stiction: %s\n" % message).encode("utf-8", "backslashreplace"))
+        if "--json" in sys.argv:
+            os.write(1, (json.dumps({"status": status, "message": message}) + "\n").encode())
+    except OSError:
+        pass
+    os._exit(code)
+signals = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+for number in signals:
+    if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+        signal.signal(number, lambda *_: end(130, "Cancelled", "interrupted"))
+signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
 if sys.path and sys.path[0] == "":
     del sys.path[0]
 try:
     import runpy
     runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
 except (ImportError, SyntaxError) as error:
-    message = "%s: the Python of %s cannot run it: %s; STICTION_PYTHON names another interpreter" % (command, sys.executable, error)
-    sys.stderr.write("stiction: " + message + "\n")
-    if "--json" in sys.argv:
-        import json
-        print(json.dumps({"status": "Error", "message": message}))
-    sys.exit(70)
-except KeyboardInterrupt:
-    sys.exit(130)
+    end(70, "Error", "%s: the Python of %s cannot run it: %s; STICTION_PYTHON names another interpreter" % (command, sys.executable, error))
 )";
+
+/// From here until kStart takes them, SIGINT, SIGTERM and SIGHUP wait.
+void hold_signals() {
+  sigset_t held;
+  sigemptyset(&held);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&held, number);
+  sigprocmask(SIG_BLOCK, &held, nullptr);
+}
 
 std::vector<std::string> with_interpreter(const std::string& command, const std::vector<std::string>& words) {
   std::vector<std::string> out = {python_interpreter(), "-c", kStart, command};
@@ -88,6 +103,7 @@ void become_python(const std::string& command, Packages packages, const std::vec
   ::setenv("PYTHONPATH", path.c_str(), 1);
   std::signal(SIGINT, SIG_DFL);  // a script starts programs in the background with SIGINT ignored, and the interpreter would leave it so
   std::fflush(nullptr);
+  hold_signals();
   ::execvp(argv[0], argv.data());
   cannot_start(command, all[0]);
 }

@@ -1,5 +1,6 @@
 #include "bind_run.hpp"
 #include "bind_touch.hpp"
+#include "stiction/core/file_fault.hpp"
 #include "stiction/core/status.hpp"
 #include "stiction/core/version.hpp"
 
@@ -8,13 +9,18 @@ namespace nb = nanobind;
 namespace {
 
 /// Raises InvalidInput. Messages quote files, whose bytes need not be UTF-8.
-void raise_invalid_input(const std::exception_ptr& error, void* type) {
-  try {
-    std::rethrow_exception(error);
-  } catch (const stiction::core::InvalidInput& e) {
-    const std::string_view what = e.what();
+void raise_invalid_input(const std::exception_ptr& thrown, void* type) {
+  const auto raise = [type](const stiction::core::InvalidInput& error) {
+    const std::string_view what = error.what();
     const nb::object text = nb::steal(PyUnicode_DecodeUTF8(what.data(), static_cast<Py_ssize_t>(what.size()), "backslashreplace"));
     PyErr_SetObject(static_cast<PyObject*>(type), text.ptr());
+  };
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const stiction::core::InvalidInput& error) {
+    raise(error);
+  } catch (const std::filesystem::filesystem_error& error) {
+    raise(stiction::core::to_invalid_input(error));
   }
 }
 

@@ -280,6 +280,9 @@ TEST(Trajectory, BadInput_NamesTheField) {
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.ramp = 0}); }).find("speed.ramp"), std::string::npos);
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.landing_factor = 0}); }).find("speed.landing_factor"), std::string::npos);
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.load_time = -1}); }).find("speed.load_time"), std::string::npos);
+  EXPECT_NE(
+      message_of([&] { make_trajectory(*model, plan, {.revolute = 1e-30, .prismatic = 1e-30}); }).find("speed, pause: got a motion of"),
+      std::string::npos);
   plan.segments[0].knots[0].u.resize(3);
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments[0].knots[0].u"), std::string::npos);
   plan.segments.clear();

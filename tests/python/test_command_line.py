@@ -21,6 +21,23 @@ PROGRAM = ROOT / "build" / "release" / "stiction"
 if not PROGRAM.exists():
     pytest.skip(f"{PROGRAM} does not exist: run `make build`", allow_module_level=True)
 
+# ---- words
+
+
+@pytest.mark.parametrize("words", [["plan", "planar_pushing", "--goal", ""], ["plan", "planar_pushing", "--goal="], ["check", ""], ["export", "", "--format", "csv"], ["plan", "planar_pushing", "-o", ""]], ids=" ".join)
+def test_empty_word_is_not_an_option_that_is_missing(words: list[str], tmp_path: Path) -> None:
+    """As a variable of a shell that is not set gives it; `export ""` took the plan of the working folder."""
+    done = children.run([PROGRAM, *words, "--json"], cwd=tmp_path)
+    assert done.returncode == 2 and "got an empty word" in json.loads(done.stdout)["message"], done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [["simulate", "PLAN", "--speed", "1e-6"], ["export", "PLAN", "--format", "mcap", "--pause", "1e300"], ["export", "PLAN", "--format", "csv", "--speed", "1e-12"]], ids=" ".join)
+def test_motions_that_no_one_waits_for_are_refused(words: list[str], real_plan: Path, tmp_path: Path) -> None:
+    done = children.run([PROGRAM, *(real_plan if word == "PLAN" else word for word in words), "-o", tmp_path / "out", "--json"])
+    assert done.returncode == 2 and "got a motion of" in json.loads(done.stdout)["message"], done.stderr
+
+
 # ---- numbers
 
 FIRST = {"check": "plan.json", "simulate": "plan.json", "refine": "plan.json", "export": "plan.json", "stream": "plan.json", "benchmark": "push_t_planar", "bench": None}  # others take a task or a scenario
@@ -280,6 +297,26 @@ def test_signal_ends_a_sweep_as_ctrl_c_does(number: signal.Signals, tmp_path: Pa
         done = child.stop(number)
     assert done.returncode == 130 and "the same command goes on" in done.stderr and "Traceback" not in done.stderr, done.stderr
     assert len(file.read_text(encoding="utf-8").splitlines()) >= 3
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signal_while_python_starts_is_code_130(number: signal.Signals, tmp_path: Path) -> None:
+    """Modules in C++ abort where an exception comes up in their start, and the interpreter knows nothing of SIGTERM."""
+    for after in (0.02, 0.05, 0.1, 0.2):
+        with children.Child([PROGRAM, "grasps", "planar_hand", "--count", "10000", "-o", tmp_path / "none.npz", "--json"]) as child:
+            time.sleep(after)
+            done = child.stop(number)
+        assert done.returncode == 130 and json.loads(done.stdout)["status"] == "Cancelled" and "Traceback" not in done.stderr, done.stderr
+
+
+def test_grasps_found_before_ctrl_c_are_kept(tmp_path: Path) -> None:
+    words = ["grasps", "planar_hand", "--count", "100000", "--timeout", "1000", "-o", tmp_path / "grasps.npz", "--json"]
+    with children.Child([PROGRAM, *words]) as child:
+        with pytest.raises(subprocess.TimeoutExpired):
+            child.communicate(timeout=6)
+        done = child.stop(signal.SIGINT)
+    assert done.returncode == 130 and json.loads(done.stdout)["status"] == "Cancelled", done.stderr
+    assert (tmp_path / "grasps.npz").stat().st_size > 0
 
 
 def test_signals_are_those_of_a_program_in_the_foreground_also_in_the_background(endless: Path, tmp_path: Path) -> None:

@@ -181,7 +181,7 @@ def test_arrays_are_read_as_the_table_is(task: st.Task, write: Callable[..., Pat
     with np.load(file) as data:
         arrays = {name: data[name] for name in data.files}
     np.savez(tmp_path / "short.npz", **{name: value for name, value in arrays.items() if name != "poses"})
-    with pytest.raises(st.InvalidInput, match="short.npz: poses: got none, expected arrays time, q, joints, poses, objects"):
+    with pytest.raises(st.InvalidInput, match="short.npz: poses: got no such array among .* expected arrays of a demonstration with time, q, joints, poses, objects"):
         st.read_demonstration(tmp_path / "short.npz", task)
     np.savez(tmp_path / "wide.npz", **arrays | {"q": arrays["q"][:, :2]})
     with pytest.raises(st.InvalidInput, match=r"wide.npz: q: got the shape"):
@@ -232,6 +232,68 @@ def test_columns_that_are_missing_are_named(task: st.Task, table: list[list[str]
         st.read_demonstration(tmp_path / "demo.txt", task)
     with pytest.raises(st.InvalidInput, match="none.csv: cannot be read"):
         st.read_demonstration(tmp_path / "none.csv", task)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace(",", ";"),
+        lambda text: text.replace(",", ";").replace(".", ","),
+        lambda text: text.replace(",", "\t"),
+        lambda text: "# recorded\n\n" + text.replace("\n", "\n\n"),
+    ],
+    ids=["CRLF", "byte order mark", "semicolons", "decimal commas", "tabs", "comments and empty lines"],
+)
+def test_tables_of_other_programs_are_read(task: st.Task, write: Callable[..., Path], change: Callable[[str], str]) -> None:
+    file = write()
+    plain = st.read_demonstration(file, task)
+    file.write_bytes(change(file.read_bytes().decode().replace("\r\n", "\n")).encode())
+    read = st.read_demonstration(file, task)
+    for name in ("time", "joints", "commands", "poses"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(plain, name))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda lines: [lines[0] + ",ball_x"] + [line + ",1" for line in lines[1:]], "demo.csv: got the column 'ball_x' more than once"),
+        (lambda lines: [*lines[:4], "", lines[4] + ",1", *lines[5:]], r"demo.csv:6: got \d+ cells, expected \d+, one for each name"),
+        (lambda lines: [lines[0], "1_0" + lines[1], *lines[2:]], "demo.csv:2: time_s: got '1_0"),
+        (lambda lines: ['"' + lines[0], *lines[1:] * 9], "demo.csv: cannot be read .*field larger than field limit"),
+    ],
+    ids=["a column twice", "a longer row", "digits with underscores", "an open quote"],
+)
+def test_tables_that_can_be_read_in_two_ways_are_refused(task: st.Task, write: Callable[..., Path], change: Callable[[list[str]], list[str]], message: str) -> None:
+    file = write()
+    file.write_text("\n".join(change(file.read_text().splitlines())) + "\n")
+    with pytest.raises(st.InvalidInput, match=message):
+        st.read_demonstration(file, task)
+
+
+def test_archives_that_are_damaged_or_hold_other_arrays_are_refused(task: st.Task, tmp_path: Path) -> None:
+    file = tmp_path / "demo.npz"
+    st.plan(task, seed=0).plan.export(file)
+    whole, arrays = file.read_bytes(), dict(np.load(file))
+    broken = bytearray(whole)
+    broken[len(whole) // 3] ^= 0xFF
+    for content in (b"", whole[:200], whole[:-100], bytes(broken)):
+        file.write_bytes(content)
+        for read in (st.read_demonstration, st.read_grasps):
+            with pytest.raises(st.InvalidInput, match="demo.npz: cannot be read"):
+                read(file, task)
+    for name, value in {
+        "time": arrays["time"][:, None], "q": arrays["q"].astype(complex), "joints": np.array("left"), "poses": arrays["poses"][:, 0],
+        "q_cmd": arrays["q_cmd"][:3], "objects": np.array(["cup"]),
+    }.items():  # fmt: skip
+        np.savez(file, **arrays | {name: value})
+        with pytest.raises(st.InvalidInput, match="demo.npz: "):
+            st.read_demonstration(file, task)
+    with file.open("wb") as out:
+        np.save(out, arrays["q"])
+    with pytest.raises(st.InvalidInput, match="demo.npz: cannot be read .no archive of numpy.savez."):
+        st.read_demonstration(file, task)
 
 
 def test_joints_beyond_their_limits_are_named(write: Callable[..., Path]) -> None:

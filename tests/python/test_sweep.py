@@ -102,6 +102,47 @@ def test_rows_that_are_there_are_not_run_again(starts: Path, tmp_path: Path) -> 
     assert st.sweep("planar_pushing", seeds=4, out=file, run=run) == again and len(names(starts)) == 3
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace(b"\n", b"\r\n"),
+        lambda text: b"\xef\xbb\xbf" + text.replace(b"\n", b"\r\n").replace(b",1.0,", b",1,"),
+        lambda text: text[:-1],
+    ],
+    ids=["CRLF", "spreadsheet", "without its last line end"],
+)
+def test_a_table_that_another_program_has_saved_goes_on(change, starts: Path, tmp_path: Path) -> None:
+    file, run = tmp_path / "sweep.csv", Writes(str(starts))
+    arguments = {"seeds": 2, "out": file, "run": run, "processes": 1, "friction": [1.0], "options": {"anytime": [True]}}
+    whole = st.sweep("planar_pushing", **arguments)
+    file.write_bytes(change(file.read_bytes()))
+    assert st.sweeps.read_table(file) == whole[: len(st.sweeps.read_table(file))]
+    again = st.sweep("planar_pushing", **arguments | {"seeds": 2})
+    assert again == whole and again[0]["options"] == {"anytime": True}
+    assert b"\r" not in file.read_bytes() and file.read_bytes().startswith(b"task,") and file.read_bytes().endswith(b"\n")
+
+
+def test_truth_values_of_a_spreadsheet_are_read(tmp_path: Path) -> None:
+    (tmp_path / "sweep.csv").write_text("reached,accepted\r\nTRUE,FALSE\r\n")
+    assert st.sweeps.read_table(tmp_path / "sweep.csv") == [{"reached": True, "accepted": False}]
+
+
+def test_a_file_that_is_no_table_is_left_as_it_is(starts: Path, tmp_path: Path) -> None:
+    file, run = tmp_path / "notes.csv", Writes(str(starts))
+    for content in (b"one line", b"one line\nand a half", b"task,seed\nplanar_pushing,0,1\n", b"\xff\n"):
+        file.write_bytes(content)
+        with pytest.raises(st.InvalidInput, match="notes.csv"):
+            st.sweep("planar_pushing", out=file, run=run)
+        assert file.read_bytes() == content
+    with pytest.raises(st.InvalidInput, match="got a folder, expected a file to write"):
+        st.sweep("planar_pushing", out=".", run=run)
+    st.sweep("planar_pushing", out=tmp_path / "sweep.csv", run=run)
+    (tmp_path / "sweep.csv").write_bytes(b"a,b\n1,2\nhalf")
+    with pytest.raises(st.InvalidInput, match="sweep.csv: got other columns"):
+        st.sweep("planar_pushing", out=tmp_path / "sweep.csv", run=run)
+    assert (tmp_path / "sweep.csv").read_bytes() == b"a,b\n1,2\nhalf"
+
+
 def test_another_sweep_is_refused_with_what_differs(starts: Path, tmp_path: Path) -> None:
     file = tmp_path / "sweep.csv"
     st.sweep("planar_pushing", seeds=2, out=file, run=Writes(str(starts)), processes=1)
@@ -208,7 +249,7 @@ def test_a_file_says_the_same(stiction, tmp_path: Path) -> None:
         done = stiction("sweep", spec, "-o", tmp_path / "other.csv", "--json")
         assert done.returncode == 2 and message in done.stderr and f"{spec}" in done.stderr, done.stderr
         assert json.loads(done.stdout)["status"] == "InvalidInput"
-    for words, message in ((["--seeds", "a"], "--seeds: got 'a'"), (["--friction", "x"], "--friction: got 'x'"), (["--option", "x"], "--option: got 'x'"), (["--speed", "0"], "--speed: got '0'"), (["--nothing"], "--nothing")):
+    for words, message in ((["--seeds", "a"], "--seeds: got 'a'"), (["--friction", "x"], "--friction: got 'x'"), (["--option", "x"], "--option: got 'x'"), (["--option", "goal_bias=0.3,0.3"], "options: goal_bias: got [0.3, 0.3], expected at least one, each once"), (["--option", "goal_bias=0.3", "--option", "goal_bias=0.4"], "--option: got 'goal_bias' more than once"), (["--speed", "0"], "--speed: got '0'"), (["--nothing"], "--nothing")):
         done = stiction("sweep", "planar_pushing", *words, "-o", tmp_path / "other.csv")
         assert done.returncode == 2 and message in done.stderr, done.stderr
 

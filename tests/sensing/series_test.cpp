@@ -70,6 +70,8 @@ TEST(Series, ColumnsAreTakenByTheirNames_InAnyOrder) {
            "0.5,0.2,0.1,0.3,2,1,3\r\n",
            "\xEF\xBB\xBFt,q3,q2,q1,tau1,tau2,tau3\n0.5,0.3,0.2,0.1,1,2,3\n",
            "t,q[2],q[1],q[0],tau[0],tau[1],tau[2]\n0.5,0.3,0.2,0.1,1,2,3\n",
+           "t;q_wrist;q_elbow;q_shoulder;tau_shoulder;tau_elbow;tau_wrist\n0,5;0,3;+2,0e-1;0.1;1;2;3\n",
+           "t\tq_wrist\tq_elbow\tq_shoulder\ttau_shoulder\ttau_elbow\ttau_wrist\n0.5\t0.3\t0.2\t0.1\t1\t2\t3\n",
            "# made by a recorder\n# t,q_wrist,q_elbow,q_shoulder,tau_shoulder,tau_elbow,tau_wrist\n0.5,0.3,0.2,0.1,1,2,3\n",
        })
     expect_columns_of_the_arm(text);
@@ -77,6 +79,7 @@ TEST(Series, ColumnsAreTakenByTheirNames_InAnyOrder) {
 
 TEST(Series, TableWithoutNames_IsTakenByPosition_FromItsFirstLine) {
   expect_columns_of_the_arm("0.5,0.1,0.2,0.3,1,2,3\n");
+  expect_columns_of_the_arm("0,5;0,1;0,2;0,3;1;2;3\n");
   expect_columns_of_the_arm("# made by a recorder\n\n+0.5, 0.1, 0.2, 0.3, +1, 2, 3\n");
   const Series two = read("0,1,1,1,1,1,1\n1,2,2,2,2,2,2\n");
   EXPECT_EQ(two.times, (std::vector{0.0, 1.0}));
@@ -155,6 +158,19 @@ TEST(Series, TorquesThatNoMotorBears_AreOfAnotherUnit) {
                 .find("in joint 'robot/shoulder', 111 times what its motor bears"),
             std::string::npos)
       << refusal("t,q0,q1,q2,tau0,tau1,tau2\n1,0.1,0.2,0.3,1000,-2000,3000\n");
+}
+
+TEST(Series, TimesInNanoseconds_AreRefused) {
+  EXPECT_NE(refusal("timestamp,q0,q1,q2,tau0,tau1,tau2\n1700000000000000000,0.1,0.2,0.3,1,2,3\n")
+                .find("got a time of 1.7e+18, expected seconds; divide milliseconds by 1000, and nanoseconds by 1e9"),
+            std::string::npos);
+  EXPECT_EQ(read("timestamp,q0,q1,q2,tau0,tau1,tau2\n1700000000.5,0.1,0.2,0.3,1,2,3\n").times, std::vector{1700000000.5});
+}
+
+TEST(Series, FilesThatAreNoTables_AreNamed) {
+  EXPECT_NE(refusal("\xFF\xFEt").find(":1: series: got text in UTF-16, expected UTF-8"), std::string::npos);
+  const auto folder = message_of([] { (void)load_series(folder_of_the_process(), *arm()); });
+  EXPECT_NE(folder.find("series: got a file that cannot be read"), std::string::npos) << folder;
 }
 
 TEST(Series, NamesThatDoNotSayWhichJoint_AreRefused) {

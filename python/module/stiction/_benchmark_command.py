@@ -58,8 +58,7 @@ def main(words: Sequence[str]) -> int:
             )
     except KeyboardInterrupt:
         line.end()
-        _command.say(f"stiction: interrupted; the rows so far are in {table}, the same command goes on", sys.stderr)
-        return _command.INTERRUPTED
+        return _command.fail(words, _command.INTERRUPTED, "Cancelled", f"interrupted; the rows so far are in {table}, the same command goes on")
     except Vanished as error:
         line.end()
         return _command.fail(words, _command.INTERNAL_ERROR, "Error", f"{error}; the rows so far are in {table}, the same command goes on")

@@ -96,12 +96,20 @@ def _run(main: Callable[[Sequence[str]], int], words: Sequence[str]) -> int:
     except MissingExtra as error:
         return fail(words, INTERNAL_ERROR, "Error", str(error))
     except KeyboardInterrupt:
-        return INTERRUPTED
+        return fail(words, INTERRUPTED, "Cancelled", "interrupted")
+    except OSError as error:
+        if error.filename is None:
+            return fail_by(error, words)
+        return fail(words, BAD_INPUT, "InvalidInput", f"{os.fsdecode(error.filename)}: got a path that cannot be used ({error.strerror}), expected a file or folder that can be")
     except ImportError as error:  # of a package that is missing, or too new for this interpreter
         return fail(words, INTERNAL_ERROR, "Error", f"the Python of {sys.executable} cannot run it: {error}; STICTION_PYTHON names another interpreter")
     except Exception as error:  # a fault of the program
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        return fail(words, INTERNAL_ERROR, "Error", f"{type(error).__name__}: {error} ({os.path.basename(place.filename)}:{place.lineno})")
+        return fail_by(error, words)
+
+
+def fail_by(error: Exception, words: Sequence[str]) -> int:
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return fail(words, INTERNAL_ERROR, "Error", f"{type(error).__name__}: {error} ({os.path.basename(place.filename)}:{place.lineno})")
 
 
 def _take_signals() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 import re
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ._core import DofKind, InvalidInput, Task
+from ._files import read_csv, read_npz
 from .exports import POSE, poses_of_objects
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2}
@@ -46,9 +46,9 @@ def read_demonstration(file: str | os.PathLike[str], task: Task, *, unit: str = 
     if unit not in UNITS or angle not in ANGLES:
         raise InvalidInput(f"unit, angle: got '{unit}', '{angle}', expected one of {', '.join(UNITS)} and of {', '.join(ANGLES)}")
     readers: dict[str, Callable[[Path, Task], tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray, list[str]]]] = {".csv": _read_csv, ".npz": _read_npz}
-    if path.suffix not in readers:
+    if (ending := path.suffix.lower()) not in readers:
         raise InvalidInput(f"{path}: got the ending '{path.suffix}', expected .csv or .npz")
-    time, joints, commands, poses, notes = readers[path.suffix](path, task)
+    time, joints, commands, poses, notes = readers[ending](path, task)
     scale = by_kind(task, ANGLES[angle], UNITS[unit])
     poses = poses.copy()
     poses[..., :3] *= UNITS[unit]
@@ -78,64 +78,57 @@ def _find_joints(names: Sequence[str], task: Task, place: str) -> tuple[list[int
 
 
 def _read_csv(file: Path, task: Task) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray, list[str]]:
-    try:
-        with file.open(encoding="utf-8-sig", newline="") as text:
-            rows = [row for row in csv.reader(text) if row]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"{file}: cannot be read ({error}), expected a table") from None
-    if len(rows) < 3:
-        raise InvalidInput(f"{file}: got {max(len(rows) - 1, 0)} rows of numbers, expected a head and at least two")
-    head = [name.strip() for name in rows[0]]
+    table = read_csv(file)
+    head = table.names
+    if len(table.cells) < 2:
+        raise InvalidInput(f"{file}: got {len(table.cells)} rows of numbers, expected a head and at least two")
 
-    def column(name: str, index: int) -> np.ndarray:
-        values = np.empty(len(rows) - 1)
-        for k, row in enumerate(rows[1:]):
+    def column(name: str) -> np.ndarray:
+        values = np.empty(len(table.cells))
+        for k, row in enumerate(table.cells):
+            given = row[head.index(name)]
             try:
-                values[k] = float(row[index])
-            except (ValueError, IndexError):
-                given = row[index] if index < len(row) else "nothing"
-                raise InvalidInput(f"{file}:{k + 2}: {name}: got '{given}', expected a number") from None
+                values[k] = float(given.replace("_", "?"))  # Python takes 1_0 for 10
+            except ValueError:
+                raise InvalidInput(f"{file}:{table.lines[k]}: {name}: got '{given}', expected a number") from None
         return values
 
     if "time_s" not in head:
         raise InvalidInput(f"{file}: time_s: got no such column, expected the time [s]; the file has {', '.join(head)}")
-    named = {re.sub(r"^q_(?!cmd_)", "", name): i for i, name in enumerate(head) if not name.startswith(("q_cmd_", "velocity_", "torque_"))}
-    names = [name for name in named if name != "time_s"]
+    of_joint = {name: re.sub(r"^q_(?!cmd_)", "", name) for name in head if name != "time_s" and not name.startswith(("q_cmd_", "velocity_", "torque_"))}
+    given, names = list(of_joint), list(of_joint.values())
     columns, notes = _find_joints(names, task, str(file))
-    joints = np.column_stack([column(names[i], named[names[i]]) for i in columns])
+    joints = np.column_stack([column(given[i]) for i in columns])
     wanted = [f"q_cmd_{names[i]}" for i in columns]
-    commands = np.column_stack([column(name, head.index(name)) for name in wanted]) if all(name in head for name in wanted) else None
+    commands = np.column_stack([column(name) for name in wanted]) if all(name in head for name in wanted) else None
     poses = np.empty((len(joints), len(task.model.object_names), len(POSE)))
     for k, name in enumerate(task.model.object_names):
         for i, axis in enumerate(POSE):
             if f"{name}_{axis}" not in head:
                 raise InvalidInput(f"{file}: {name}_{axis}: got no such column, expected the pose of the object as {', '.join(f'{name}_{a}' for a in POSE)}")
-            poses[:, k, i] = column(f"{name}_{axis}", head.index(f"{name}_{axis}"))
-    return column("time_s", head.index("time_s")), joints, commands, poses, notes
+            poses[:, k, i] = column(f"{name}_{axis}")
+    return column("time_s"), joints, commands, poses, notes
 
 
 def _read_npz(file: Path, task: Task) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray, list[str]]:
-    try:
-        with np.load(file, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in data.files}
-    except (OSError, ValueError) as error:
-        raise InvalidInput(f"{file}: cannot be read ({error}), expected arrays") from None
+    arrays = read_npz(file, ("time", "q", "joints", "poses", "objects"), "arrays of a demonstration")
     model = task.model
-    for name in ("time", "q", "joints", "poses", "objects"):
-        if name not in arrays:
-            raise InvalidInput(f"{file}: {name}: got none, expected arrays time, q, joints, poses, objects; the file has {', '.join(arrays) or 'nothing'}")
-    columns, notes = _find_joints([str(name) for name in arrays["joints"]], task, str(file))
-    time, objects = np.asarray(arrays["time"], dtype=float), [str(name) for name in arrays["objects"]]
-    missing = [name for name in model.object_names if name not in objects]
-    if missing:
+    times, names, objects = len(np.atleast_1d(arrays["time"])), list(map(str, np.atleast_1d(arrays["joints"]))), list(map(str, np.atleast_1d(arrays["objects"])))
+    columns, notes = _find_joints(names, task, str(file))
+    if missing := [name for name in model.object_names if name not in objects]:
         raise InvalidInput(f"{file}: objects: got {', '.join(objects)}, expected also {', '.join(missing)}")
-    shapes = {"q": (len(time), len(arrays["joints"])), "poses": (len(time), len(objects), len(POSE))}
-    for name, shape in shapes.items():
-        if arrays[name].shape != shape:
-            raise InvalidInput(f"{file}: {name}: got the shape {arrays[name].shape}, expected {shape}")
-    commands = arrays.get("q_cmd")
-    poses = np.asarray(arrays["poses"], dtype=float)[:, [objects.index(name) for name in model.object_names]]
-    return time, np.asarray(arrays["q"], dtype=float)[:, columns], None if commands is None else np.asarray(commands, dtype=float)[:, columns], poses, notes
+    shapes = {"time": (times,), "q": (times, len(names)), "q_cmd": (times, len(names)), "poses": (times, len(objects), len(POSE))}
+    numbers = {name: _numbers(arrays[name], shape, f"{file}: {name}") for name, shape in shapes.items() if name in arrays}
+    poses = numbers["poses"][:, [objects.index(name) for name in model.object_names]]
+    return numbers["time"], numbers["q"][:, columns], numbers["q_cmd"][:, columns] if "q_cmd" in numbers else None, poses, notes
+
+
+def _numbers(array: np.ndarray, shape: tuple[int, ...], place: str) -> np.ndarray:
+    if array.dtype.kind not in "fiu":
+        raise InvalidInput(f"{place}: got an array of {array.dtype}, expected numbers")
+    if array.shape != shape:
+        raise InvalidInput(f"{place}: got the shape {array.shape}, expected {shape}")
+    return np.asarray(array, dtype=float)
 
 
 def _normal(poses: np.ndarray, file: Path) -> np.ndarray:

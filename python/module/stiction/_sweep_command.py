@@ -177,6 +177,9 @@ def arguments_of(parsed: argparse.Namespace) -> dict[str, Any]:
     if parsed.friction is not None:
         spec["friction"] = read_friction(parsed.friction)
     if parsed.option:
+        names = [text.partition("=")[0] for text in parsed.option]
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise InvalidInput(f"--option: got '{twice[0]}' more than once, expected all of its values with commas between them")
         spec["options"] = spec.get("options", {}) | dict(map(read_option, parsed.option))
     given = {"timeout_s": parsed.timeout, "speed": parsed.speed, "refine": False if parsed.no_refine else None, "alone": parsed.alone or None}
     fields = {name: spec.pop(name) for name in RUN if name in spec} | {name: value for name, value in given.items() if value is not None}
@@ -193,8 +196,7 @@ def main(words: Sequence[str]) -> int:
             rows = sweep(**arguments_of(parsed), out=parsed.out, processes=parsed.processes, ray=parsed.ray, on_progress=line)
     except KeyboardInterrupt:
         line.end()
-        _command.say(f"stiction: interrupted; the rows so far are in {parsed.out}, the same command goes on", sys.stderr)
-        return _command.INTERRUPTED
+        return _command.fail(words, _command.INTERRUPTED, "Cancelled", f"interrupted; the rows so far are in {parsed.out}, the same command goes on")
     except Vanished as error:
         line.end()
         return _command.fail(words, _command.INTERNAL_ERROR, "Error", f"{error}; the rows so far are in {parsed.out}, the same command goes on")

@@ -8,11 +8,11 @@ import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from ._core import InvalidInput
 from ._extras import require
-from ._files import require_folder, write_whole
+from ._files import read_csv, require_folder, write_whole
 
 
 def to_cell(value: Any) -> str:
@@ -25,6 +25,8 @@ def to_cell(value: Any) -> str:
 def from_cell(text: str) -> Any:
     if text == "":
         return None
+    if text in ("TRUE", "FALSE"):  # as spreadsheets write them
+        return text == "TRUE"
     try:
         return json.loads(text)
     except ValueError:
@@ -42,9 +44,8 @@ def read_rows(file: Path) -> list[dict[str, Any]]:
     if file.suffix == ".parquet":
         rows = require("parquet", "a file of type Parquet", "pyarrow.parquet").read_table(file).to_pylist()
         return [{name: from_cell(value) if isinstance(value, str) else value for name, value in row.items()} for row in rows]
-    text = file.read_bytes().decode("utf-8")
-    whole = io.StringIO(text[: text.rfind("\n") + 1], newline="")
-    return [{name: from_cell(cell) for name, cell in row.items()} for row in csv.DictReader(whole)]
+    table = read_csv(file, whole=True)
+    return [{name: from_cell(cell) for name, cell in zip(table.names, row)} for row in table.cells]
 
 
 def differences(before: Any, now: Any, field: str = "") -> list[str]:
@@ -65,27 +66,30 @@ class Table:
 
     def __init__(self, file: Path, columns: Sequence[str], spec: dict[str, Any]) -> None:
         """Raises InvalidInput: cannot be written, holds the rows of something else, or is being written."""
+        require_folder(file)
         self._file, self._columns, self._spec = file, list(columns), spec
         self._pyarrow = require("parquet", "a file of type Parquet", "pyarrow.parquet") if file.suffix == ".parquet" else None
         self._rows_file = file.with_suffix(".csv") if self._pyarrow else file
         self._spec_file = file.with_name(file.name + ".json")
-        require_folder(self._rows_file)
-        there = self._rows_file.exists() and b"\n" in self._rows_file.read_bytes()
+        there = self._rows_file.exists() and self._rows_file.stat().st_size > 0
         if there:
             self._require_same(spec)
         else:
             write_whole(self._spec_file, lambda to: to.write_text(json.dumps(spec, ensure_ascii=False, indent=1) + "\n", encoding="utf-8"))
-        try:
-            self._out = self._rows_file.open("a", encoding="utf-8", newline="")
-            fcntl.flock(self._out, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InvalidInput(f"{file}: got a file that another sweep is writing, expected one of its own") from None
-        except OSError as error:
-            raise InvalidInput(f"{file}: cannot be written ({error.strerror})") from None
+        self._out = self._open()
         self.rows: list[dict[str, Any]] = self._go_on() if there else []
         if not there:
-            self._out.truncate(0)
             self._write(self._columns)
+
+    def _open(self) -> TextIO:
+        try:
+            out = self._rows_file.open("a", encoding="utf-8", newline="")
+            fcntl.flock(out, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InvalidInput(f"{self._file}: got a file that another sweep is writing, expected one of its own") from None
+        except OSError as error:
+            raise InvalidInput(f"{self._file}: cannot be written ({error.strerror})") from None
+        return out
 
     def _require_same(self, spec: dict[str, Any]) -> None:
         try:
@@ -96,11 +100,17 @@ class Table:
             raise InvalidInput(f"{self._file}: holds the rows of another sweep: {'; '.join(found)}; the same sweep goes on here, this one needs a file of its own")
 
     def _go_on(self) -> list[dict[str, Any]]:
-        text = self._rows_file.read_bytes()
-        self._out.truncate(text.rfind(b"\n") + 1)  # a row that was cut off
-        if not text.startswith(to_line(self._columns).encode()):
+        """The rows that are there. A row that was cut off goes, and a table that another program has written is written anew."""
+        names = read_csv(self._rows_file, whole=True).names
+        if names != self._columns and names:  # else its line of names was cut off
             raise InvalidInput(f"{self._rows_file}: got other columns, expected {', '.join(self._columns)}")
-        return read_rows(self._rows_file)
+        rows = read_rows(self._rows_file)
+        text = "".join(map(to_line, [self._columns, *([to_cell(row[name]) for name in self._columns] for row in rows)]))
+        if self._rows_file.read_bytes() != text.encode():
+            write_whole(self._rows_file, lambda to: to.write_text(text, encoding="utf-8"))
+            self._out.close()
+            self._out = self._open()
+        return rows
 
     def _write(self, cells: Sequence[str]) -> None:
         self._out.write(to_line(cells))

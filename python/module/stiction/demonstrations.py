@@ -18,7 +18,7 @@ from ._demonstration_file import ANGLES, UNITS, by_kind
 from ._demonstration_file import Demonstration as Demonstration
 from ._demonstration_file import read_demonstration as read_demonstration
 from ._demonstration_reference import STEP_PRISMATIC, STEP_REVOLUTE, Reference, calm, goal_of, off_by
-from ._files import require_folder
+from ._files import require_writable
 
 WINDOW, KEPT = 16, 4  # times that are optimised at once, and of these the ones that are kept
 ITERATIONS = 6
@@ -338,9 +338,10 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("-o", "--out", type=Path, default=Path("repaired"), metavar="FOLDER", help="folder for plan.json (default: ./%(default)s)")
     a = parser.parse_args(words)
     task = load_task(a.task)
-    done = repair(task, read_demonstration(a.file, task, unit=a.unit, angle=a.angle), timeout_s=a.timeout, threads=a.threads)
     file = a.out / "plan.json"
-    require_folder(file)
+    demonstration = read_demonstration(a.file, task, unit=a.unit, angle=a.angle)
+    require_writable(file)
+    done = repair(task, demonstration, timeout_s=a.timeout, threads=a.threads)
     done.plan.write(file)
     reached = done.holds
     sentences = done.sentences()

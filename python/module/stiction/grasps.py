@@ -15,7 +15,7 @@ import numpy as np
 
 from . import _command, _core
 from ._core import InvalidInput, Task, load_task, version
-from ._files import write_whole
+from ._files import read_npz, require_writable, write_whole
 
 STEP_S = 0.1
 SETTLING = 20  # steps that a state may take to come to rest
@@ -63,12 +63,9 @@ class Grasps:
 
 def read_grasps(file: str | os.PathLike[str], task: Task) -> Grasps:
     """Reads grasps from a file that Grasps.write() wrote. Raises InvalidInput: this is no such file, or the grasps belong to another scene."""
-    try:
-        with np.load(file, allow_pickle=False) as data:
-            values = {field.name: data[field.name] for field in fields(Grasps)}
-    except (OSError, ValueError, KeyError) as error:
-        raise InvalidInput(f"{file}: got no file of grasps ({error}), expected one that `stiction grasps` wrote") from None
-    out = Grasps(**{name: value if value.ndim and name != "joints" else value.tolist() for name, value in values.items()})
+    names = [field.name for field in fields(Grasps)]
+    values: dict[str, Any] = read_npz(file, names, "a file that `stiction grasps` wrote")
+    out = Grasps(**{name: values[name] if values[name].ndim and name != "joints" else values[name].tolist() for name in names})
     if out.scene_sha256 != task.scene_sha256:
         raise InvalidInput(f"{file}: scene_sha256: got that of another scene (task {out.task}), expected that of {task.name}; make the grasps anew")
     return out
@@ -107,8 +104,18 @@ def find_grasps(
         >>> grasps.q.shape, grasps.u.shape, bool((grasps.margin >= 0.1).all())
         ((5, 7), (5, 4), True)
     """
+    found = _Found(task)
+    _find(found, task, count, seed, timeout_s, tilt, least_margin, alone, threads, on_progress)
+    return found.grasps()
+
+
+def _find(
+    found: _Found, task: Task, count: int, seed: int, timeout_s: float, tilt: float, least_margin: float, alone: bool, threads: int,
+    on_progress: Callable[[int], bool | None] | None = None,
+) -> None:  # fmt: skip
+    """find_grasps(), for a caller that keeps what was found before Ctrl-C."""
     _check(count, tilt, least_margin)
-    start, found, tree = time.monotonic(), _Found(task), 0
+    start, tree = time.monotonic(), 0
     while len(found) < count:
         left = timeout_s - (time.monotonic() - start)
         if left <= 0:
@@ -118,7 +125,6 @@ def find_grasps(
         tree += 1
         if on_progress is not None and on_progress(len(found)) is False:
             break
-    return found.grasps()
 
 
 def _check(count: int, tilt: float, least_margin: float) -> None:
@@ -284,13 +290,19 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("--threads", type=_command.integer(0, 4096), default=0, metavar="N", help="number of threads (default: all cores)")
     a = parser.parse_args(words)
     task = load_task(a.task)
-    grasps = find_grasps(task, count=a.count, seed=a.seed, timeout_s=a.timeout, tilt=a.tilt, least_margin=a.least_margin, alone=a.alone, threads=a.threads)
+    require_writable(a.out)
+    found, interrupted = _Found(task), False
+    try:
+        _find(found, task, a.count, a.seed, a.timeout, a.tilt, a.least_margin, a.alone, a.threads)
+    except KeyboardInterrupt:
+        interrupted = True
+    grasps = found.grasps()
     file = grasps.write(a.out)
     least = float(grasps.margin.min()) if len(grasps) else None
     rows = {"grasps": str(len(grasps)), "by the robot alone": str(int(grasps.alone.sum())), "file": str(file)}
     if least is not None:
         rows["friction to lose"] = f"{least:.1f} to {grasps.margin.max():.1f}, median {np.median(grasps.margin):.1f}"
     enough = len(grasps) == a.count
-    result = {"status": "Done" if enough else "MaxIterations", "task": task.name, "grasps": len(grasps), "alone": int(grasps.alone.sum()), "least_margin": least, "file": str(file)}
+    result = {"status": "Cancelled" if interrupted else "Done" if enough else "MaxIterations", "task": task.name, "grasps": len(grasps), "alone": int(grasps.alone.sum()), "least_margin": least, "file": str(file)}
     _command.report(a, f"{task.name}: held grasps", rows, result)
-    return _command.DONE if enough else _command.NOT_SOLVED
+    return _command.INTERRUPTED if interrupted else _command.DONE if enough else _command.NOT_SOLVED

@@ -89,7 +89,7 @@ def write_lerobot(items: Iterable[Plan | Motion | tuple[Task, RunResult]], folde
     if isinstance(fps, bool) or not isinstance(fps, int) or not 1 <= fps <= 1000:
         raise InvalidInput(f"fps: got {fps}, expected an integer from 1 to 1000")
     require("parquet", "format lerobot", "pyarrow")
-    to = Path(folder)
+    to = Path(os.path.realpath(folder))
     if to.exists() and (not to.is_dir() or any(to.iterdir())):
         raise InvalidInput(f"{to}: got one that is there, expected a new folder for the data set")
     episodes = [episode_of(item, fps) for item in items]

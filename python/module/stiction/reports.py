@@ -15,7 +15,7 @@ from typing import Any
 
 from . import _command, _core
 from ._core import InvalidInput, Plan, Task, load_task, read_plan, version
-from ._files import write_whole
+from ._files import require_writable, write_whole
 
 FORMAT, FORMAT_VERSION = "stiction-report", 1
 LOG_MB = 5  # of a log its end counts
@@ -136,6 +136,7 @@ def main(words: Sequence[str]) -> int:
     is_plan = a.task.endswith(".json") or Path(a.task).is_dir()
     plan = read_plan(a.task) if is_plan else None
     task = load_task(a.task) if plan is None else plan.task
+    require_writable(a.out)
     files = make_report(task, seed=a.seed, timeout_s=a.timeout, plan=plan, logs=a.log, note=a.note)
     file = write_report(files, a.out)
     rows = {"files": ", ".join(files), "zip": str(file), "send": "nothing was sent; look at the files before you do"}

@@ -168,6 +168,7 @@ def combinations(options: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     for name, values in options.items():
         if isinstance(values, str) or not isinstance(values, Sequence) or not values:
             raise InvalidInput(f"options: {name}: got {values!r}, expected a list of values")
+        _unique(f"options: {name}", values)
     return [dict(zip(options, values)) for values in itertools.product(*options.values())]
 
 
@@ -277,7 +278,8 @@ def read_table(file: str | os.PathLike[str]) -> list[dict[str, Any]]:
 
 
 def key_of(row: Mapping[str, Any]) -> tuple[str, ...]:
-    return tuple(to_cell(row[name]) for name in KEYS)
+    friction = row["friction"]  # a spreadsheet writes 1.0 as 1
+    return tuple(map(to_cell, (row["task"], row["options"], row["seed"], None if friction is None else float(friction))))
 
 
 def make_cases(names: list[str], choices: list[dict[str, Any]], seeds: list[int], frictions: list[float | None]) -> list[Case]:

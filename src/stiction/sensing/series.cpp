@@ -23,8 +23,15 @@ std::string_view trim_spaces(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// The fields of a line, separated by commas that stand outside of quotation marks; nothing where a quotation mark is not closed.
-std::optional<Strings> split_fields(std::string_view line) {
+/// The character between the fields of a line: a semicolon if there is one, as commas may then stand in numbers, else a comma or a tab.
+char find_separator(std::string_view line) {
+  for (const char mark : {';', ','})
+    if (line.find(mark) != std::string_view::npos) return mark;
+  return '\t';
+}
+
+/// The fields of a line, separated by marks that stand outside of quotation marks; nothing where a quotation mark is not closed.
+std::optional<Strings> split_fields(std::string_view line, char separator) {
   Strings out(1);
   bool is_quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -32,7 +39,7 @@ std::optional<Strings> split_fields(std::string_view line) {
       out.back() += line[i++];
     } else if (line[i] == '"') {
       is_quoted = !is_quoted;
-    } else if (line[i] == ',' && !is_quoted) {
+    } else if (line[i] == separator && !is_quoted) {
       out.emplace_back();
     } else {
       out.back() += line[i];
@@ -68,13 +75,14 @@ class CsvReader {
 
   Series read() {
     std::ifstream stream(file_);
-    if (!stream)
+    if (!stream || std::filesystem::is_directory(file_))
       throw core::InvalidInput(fmt::format("{}: series: got a file that cannot be read, expected a CSV or NPZ file", file_.string()));
     std::string text;
     while (std::getline(stream, text)) {
       ++line_;
       constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
       if (line_ == 1 && text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
+      if (line_ == 1 && (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))) fail("text in UTF-16", "UTF-8");
       read_line(trim_spaces(text));
     }
     if (times_.empty() && left_out_ > 0)
@@ -111,8 +119,10 @@ class CsvReader {
       comment_line_ = line_;
       return;
     }
-    const auto fields = split_fields(text);
+    if (!columns_) separator_ = find_separator(text);
+    auto fields = split_fields(text, separator_);
     if (!fields) fail(quote(text), "as many quotation marks that open as that close");
+    if (separator_ == ';') std::ranges::for_each(*fields, write_point);
     if (!columns_ && read_names(*fields, text)) return;
     read_row(*fields, text);
   }
@@ -128,7 +138,7 @@ class CsvReader {
       return true;
     }
     n_columns_ = fields.size();
-    if (const auto names = split_fields(comment_); names && names->size() == fields.size() && fields.size() > 1) {
+    if (const auto names = split_fields(comment_, separator_); names && names->size() == fields.size() && fields.size() > 1) {
       columns_ = find_columns(*names, model_, where(comment_line_), unmeasured_);
       is_named_ = true;
       return false;
@@ -169,6 +179,15 @@ class CsvReader {
     return *out;
   }
 
+  /// Of a number with a decimal comma, which stands beside semicolons only.
+  static void write_point(std::string& field) {
+    const std::size_t comma = field.find(',');
+    if (comma == std::string::npos) return;
+    std::string number = field;
+    number[comma] = '.';
+    if (core::parse_number(number)) field = number;
+  }
+
   static std::string quote(std::string_view text) { return fmt::format("'{}'", text.substr(0, 40)); }
 
   const std::filesystem::path& file_;
@@ -177,6 +196,7 @@ class CsvReader {
   Eigen::Index n_;  ///< joints that are measured
   int line_ = 0, comment_line_ = 0;
   std::string comment_;
+  char separator_ = ',';
   std::optional<SeriesColumns> columns_;
   std::size_t n_columns_ = 0, left_out_ = 0;
   bool is_named_ = false;
@@ -246,6 +266,15 @@ void require_newton_metres(const std::filesystem::path& file, const world::Model
   }
 }
 
+/// Refuses times that are none in seconds.
+void require_seconds(const std::filesystem::path& file, const Series& series) {
+  constexpr double kLatest = 1e11;  // the year 5138, since 1970
+  const double last = series.times.back();
+  if (last > kLatest)
+    throw core::InvalidInput(fmt::format(
+        "{}: series: got a time of {:.4g}, expected seconds; divide milliseconds by 1000, and nanoseconds by 1e9", file.string(), last));
+}
+
 }  // namespace
 
 Series load_series(const std::filesystem::path& file, const world::Model& model, const std::vector<int>& unmeasured) {
@@ -254,6 +283,7 @@ Series load_series(const std::filesystem::path& file, const world::Model& model,
         "{}: series: got an MCAP file, expected CSV or NPZ; stiction.load_joint_states('{}').save('log.npz') makes one in Python",
         file.string(), file.filename().string()));
   Series out = file.extension() == ".npz" ? load_npz(file, model, unmeasured) : CsvReader(file, model, unmeasured).read();
+  require_seconds(file, out);
   require_newton_metres(file, model, out);
   mark_gaps(out);
   return out;

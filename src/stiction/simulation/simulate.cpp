@@ -74,6 +74,10 @@ class Run {
       SimulationResult& out)
       : plant_(plant), in_(in), options_(options), servos_(servos), d_(data), out_(out), commands_(in) {
     const double h = plant.options.timestep, end = in.times[in.times.size() - 1];
+    constexpr double kMostSteps = 1e12, kMostSamples = 1e7;
+    if (!(end / h < kMostSteps) || !(end / std::max(h, options.record_interval) < kMostSamples))
+      core::throw_invalid("times", fmt::format("a motion of {:.3g} s, recorded every {:g} s", end, options.record_interval),
+                          fmt::format("at most {:g} records; a higher speed, or a longer record_interval", kMostSamples));
     steps_ = static_cast<long>(std::ceil(end / h * (1 - 1e-12)));
     stride_ = std::max(1L, std::lround(options.record_interval / h));
     const auto samples = static_cast<std::size_t>(steps_ / stride_ + 2);

@@ -327,7 +327,23 @@ void require_writable(const fs::path& dir) {
 
 void write_plan(const PlanFile& plan, const fs::path& file) { write_text(to_text(plan), file); }
 
-void write_text(const std::string& text, const fs::path& file) {
+namespace {
+
+/// Where a file is written: a link leads to it. @throws core::InvalidInput: something else than a file is there, which renaming would remove
+fs::path place_of(const fs::path& file) {
+  constexpr int kMostLinks = 40;  // as Linux follows
+  fs::path out = file;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(out, error); ++i) out = out.parent_path() / fs::read_symlink(out, error);
+  if (fs::exists(out, error) && !fs::is_regular_file(out, error))
+    core::throw_invalid(file.string(), fs::is_directory(out, error) ? "a folder" : "a device or a pipe", "a file to write");
+  return out;
+}
+
+}  // namespace
+
+void write_text(const std::string& text, const fs::path& given) {
+  const fs::path file = place_of(given);
   const fs::path dir = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::error_code error;
   fs::create_directories(dir, error);

@@ -7,6 +7,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/open_loop/firm_grip.hpp"
 #include "stiction/execution/open_loop/lag_allowance.hpp"
+#include "stiction/execution/open_loop/longest_motion.hpp"
 #include "stiction/execution/open_loop/push_travel.hpp"
 #include "stiction/execution/open_loop/spring_load.hpp"
 #include "stiction/world/scales.hpp"
@@ -269,7 +270,7 @@ Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const
   // One unit per second: only the knots are used, their times are set later.
   const Trajectory knots =
       make_trajectory(model, plan, {.revolute = 1, .prismatic = 1, .regrasp_factor = 1, .landing_factor = 1, .load_time = 0, .pause = 0});
-  return Timer(model, plan, speeds, lead, pause).run(knots);
+  return require_duration(Timer(model, plan, speeds, lead, pause).run(knots));
 }
 
 Trajectory make_trajectory(const Model& model, const planning::Plan& plan, double speed, double pause) {

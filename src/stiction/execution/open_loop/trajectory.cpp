@@ -7,6 +7,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/dynamics/step.hpp"
+#include "stiction/execution/open_loop/longest_motion.hpp"
 
 namespace stiction::execution {
 namespace {
@@ -183,7 +184,14 @@ Trajectory make_trajectory(const world::Model& model, const Plan& plan, const Sp
     }
   }
   if (builder.empty()) core::throw_invalid("plan.segments", "nothing that moves", "at least one segment with knots");
-  return builder.take();
+  return require_duration(builder.take());
+}
+
+Trajectory require_duration(Trajectory trajectory) {
+  constexpr double kLongest = 1e9;
+  if (const double end = trajectory.times.tail(1)[0]; !(end <= kLongest))
+    core::throw_invalid("speed, pause", fmt::format("a motion of {:.3g} s", end), fmt::format("at most {:g} s", kLongest));
+  return trajectory;
 }
 
 int segment_at(const Trajectory& trajectory, double t) { return trajectory.segments[place_at(trajectory, t).after]; }
