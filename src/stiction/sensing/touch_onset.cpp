@@ -108,6 +108,11 @@ TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(st
   x_.head(n_) = rest;
   P_.setZero(states, states);
   P_.topLeftCorner(n_, n_) = options_.noise / options_.rest_rows;
+  if (states > n_) {  // the given rest is the sum of offset and friction, and friction at rest may have any value within ± its size
+    const VectorXd variance = calc_hidden();
+    P_.diagonal() += variance.replicate(2, 1);
+    P_.diagonal(n_) -= variance, P_.diagonal(-n_) -= variance;
+  }
   sign_.setZero(n_);
   left_.setZero(n_);
   restart();
@@ -135,10 +140,11 @@ MatrixXd TouchOnset::calc_variance() const {
   return out;
 }
 
+/// Holds the offset. Friction before a touch is not part of it, because a touch stops the joints, and friction at rest may have any value: calc_hidden().
 void TouchOnset::hold(const VectorXd& x) {
   held_x_ = x;
-  held_ = sum_parts(x);
-  held_variance_ = calc_variance();
+  held_ = x.head(n_);
+  held_variance_ = P_.topLeftCorner(n_, n_);
 }
 
 void TouchOnset::restart() {
@@ -179,27 +185,33 @@ void TouchOnset::find_beginning() {
 bool TouchOnset::is_quiet(const VectorXd& z) {
   const auto n = static_cast<double>(z.size());
   quiet_rows_ = z.squaredNorm() <= n + 3 * std::sqrt(2 * n) ? quiet_rows_ + 1 : 0;
-  return quiet_rows_ >= options_.quiet;
+  return quiet_rows_ >= options_.quiet && !keeps_;
 }
 
-/// Makes the friction of a joint that sticks or reverses uncertain: a mean-reverting process, so that after a while friction may have any
-/// value within ± its size. Its variance never exceeds that size, so a slowly growing touch is not mistaken for friction.
+/// Friction beside what the observer has subtracted is a mean-reverting process: none while a joint slides, and any value within ± its size a while after the joint
+/// began to stick, or when it reverses. Its variance never exceeds that size, so a slowly growing touch is not mistaken for friction.
 void TouchOnset::loosen(VectorRef sign, double dt) {
   constexpr double kCreep = 0.5;  // time in which the torque of a sticking joint may change to any value [s]
+  const VectorXd variance = calc_hidden();
   for (Index j = 0; j < options_.friction.size(); ++j) {
-    const double changed = std::abs(sign[j] - sign_[j]) + dt / kCreep * (1 - sign[j] * sign[j]);
-    const double kept = std::exp(-changed), variance = options_.friction[j] * options_.friction[j] / 3;
+    const double reversed = std::exp(-std::abs(sign[j] - sign_[j])), crept = std::exp(-dt / kCreep), kept = reversed * crept;
     const Index k = n_ + j;
     x_[k] *= kept;
     P_.row(k) *= kept;
     P_.col(k) *= kept;
-    P_(k, k) += (1 - kept * kept) * variance;
+    P_(k, k) += ((1 - reversed * reversed) + (1 - crept * crept) * (1 - sign[j] * sign[j])) * variance[j];
   }
   sign_ = sign;
 }
 
 /// Variance of the offset that the touch leaves.
 VectorXd TouchOnset::calc_left() const { return (options_.hysteresis * peak_).cwiseAbs2(); }
+
+/// Variance of the friction of joints at rest, which may have any value within ± its size.
+VectorXd TouchOnset::calc_hidden() const {
+  if (options_.friction.size() == 0) return VectorXd::Zero(n_);
+  return options_.friction.cwiseAbs2() / 3;
+}
 
 /// Lets the offset left by a touch fade, by e² within `settle`: at every moment the offset may drift by the remaining amount.
 void TouchOnset::settle(double dt) {
@@ -217,9 +229,9 @@ bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
   loosen(sign, dt);
   if (options_.drift.size() != 0) P_.diagonal().head(n_).array() += dt * options_.drift.array().square();
   settle(dt);
-  MatrixXd variance = calc_variance() + options_.noise;
+  MatrixXd variance = (alarm_ ? MatrixXd(P_.topLeftCorner(n_, n_)) : calc_variance()) + options_.noise;
   if (alarm_) variance.diagonal() += calc_left();
-  if (alarm_ && options_.friction.size() != 0) variance.diagonal() += options_.friction.cwiseAbs2();  // as in noise()
+  if (alarm_) variance.diagonal() += calc_hidden();
   const Eigen::LLT<MatrixXd> factor(variance);
   const VectorXd innovation = tau - (alarm_ ? held_ : sum_parts(x_)), z = factor.matrixL().solve(innovation);
   if (alarm_) {
@@ -255,8 +267,7 @@ VectorXd TouchOnset::mean() const { return rows_ > 0 ? VectorXd(total_ / rows_) 
 
 MatrixXd TouchOnset::noise() const {
   MatrixXd out = held_variance_ + options_.noise / std::max(1, rows_);
-  // A touch stops the joints, and a sticking joint bears torques up to its dry friction that its motor does not show.
-  if (options_.friction.size() != 0) out.diagonal() += options_.friction.cwiseAbs2();
+  out.diagonal() += calc_hidden();
   if (options_.drift.size() != 0) out.diagonal().array() += since_ * options_.drift.array().square();
   return out;
 }

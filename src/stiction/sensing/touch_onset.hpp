@@ -48,9 +48,12 @@ class TouchOnset {
   /// as far as the sign has changed, and within half a second while a joint sticks.
   bool update(VectorRef tau, double dt, VectorRef sign);
 
+  /// While true, a touch does not end, however small its torques are: the robot presses harder to tell whether something touches.
+  void keep_touch(bool keep) { keeps_ = keep, quiet_rows_ = 0; }
+
   bool touches() const { return alarm_; }
   int rows() const { return rows_; }                     ///< number of rows since the touch began, or since the sum was last 0
-  const Eigen::VectorXd& rest() const { return held_; }  ///< offset before the touch (n) [N·m; N]
+  const Eigen::VectorXd& rest() const { return held_; }  ///< offset before the touch, without friction (n) [N·m; N]
   Eigen::VectorXd mean() const;                          ///< mean of the torques of these rows (n); rest() if there are none
   Eigen::MatrixXd noise() const;                         ///< covariance of mean() − rest() (n × n) [(N·m)²]
   double sum() const { return sum_.norm(); }             ///< ‖s‖
@@ -72,6 +75,7 @@ class TouchOnset {
   void loosen(VectorRef sign, double dt);
   void settle(double dt);
   Eigen::VectorXd calc_left() const;
+  Eigen::VectorXd calc_hidden() const;
 
   OnsetOptions options_;
   double bound_;
@@ -85,7 +89,7 @@ class TouchOnset {
   std::deque<Row> recent_;
   double since_ = 0;  ///< time since the touch began [s]
   int rows_ = 0, quiet_rows_ = 0;
-  bool alarm_ = false;
+  bool alarm_ = false, keeps_ = false;
 };
 
 }  // namespace stiction::sensing
