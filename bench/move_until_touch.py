@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Do guarded moves reach their end, how hard do they press, and how well is a wrong height found? 40 seeds of each scenario in MuJoCo, with the noise of a real Franka.
 
-    PYTHONPATH=build/release/python .venv/bin/python bench/move_until_touch.py [--seeds 40] [--scenario NAME…] [--joint-friction COULOMB VISCOUS [--friction-error SHARE | --friction-motion RAD]] [--runs 10] [--first-seed 0] [--program build/release/stiction] [--json]
+    PYTHONPATH=build/release/python .venv/bin/python bench/move_until_touch.py [--seeds 40] [--scenario NAME…] [--joint-friction COULOMB VISCOUS | --friction-of KIND [--friction-error SHARE | --friction-motion RAD]] [--runs 10] [--first-seed 0] [--program build/release/stiction] [--json]
 
 With --joint-friction the joints of the simulated arm have that dry friction [N m] and damping [N m s/rad], as a robot's file states them in <dynamics>: what motor currents show of an arm
-without torque sensors behind its gears. With --friction-error the observer takes friction off that is too large by this share, with --friction-motion what it found by moving joints to and fro by so much, else none. Forces are those of the simulation, from 0.1 s after contact on, as a share of what the move asks for, and while it slides of the controller's bound. Noise is what `calibrate` finds on docs/tutorials/franka_touches.csv.
+without torque sensors behind its gears. With --friction-of each joint has the friction that was identified on a Franka, see FRANKA; joints of a hand then have none. With --friction-error the observer takes friction off that is too large by this share, with --friction-motion what it found by moving joints to and fro by so much, else none. Forces are those of the simulation, from 0.1 s after contact on, as a share of what the move asks for, and while it slides of the controller's bound. Noise is what `calibrate` finds on docs/tutorials/franka_touches.csv.
 
 With --runs the task ur5_mesh_push is run as well, with so many seeds, after scenarios/feel_table.yaml and after the same without moves. The table, and the block on it, is then 15 to 20 mm higher or lower than the arm thinks: seeds that draw less are left out. A
 block is delivered where it is within the tolerances of its goal at the end, the goal being meant relative to the table. Planning counts in steps, so that runs are the same on every machine.
@@ -30,6 +30,16 @@ FAR = 0.015  # [m]
 RUN = 120  # of the clock of the simulation, at most [s]
 SCENARIOS = ["lower_until_touch", "press_button", "follow_wall", "lower_mug", "close_hand"]
 
+# C. Gaz, M. Cognetti, A. Oliva, P. Robuffo Giordano, A. De Luca, "Dynamic Identification of the Franka Emika Panda Robot With Retrieval of Feasible Parameters Using Penalty-Based
+# Optimization", RA-L 2019, numbers as in the authors' franka_model.h (github.com/marcocognetti/FrankaEmikaPandaDynModel): τ_f = φ₁/(1 + exp(−φ₂(q̇ + φ₃))) − φ₁/(1 + exp(−φ₂φ₃)).
+# φ₁ is the span from one direction to the other, so either direction has half of it. φ₃ shifts the curve by at most 0.05 rad/s and is left out.
+PHI_1 = np.array([0.54615, 0.87224, 0.64068, 1.2794, 0.83904, 0.30301, 0.56489])  # [N m]
+PHI_2 = np.array([5.1181, 9.0657, 10.136, 5.5903, 8.3469, 17.133, 10.336])  # [s/rad]
+FRANKA = {
+    "franka": (0 * PHI_1, PHI_1 * PHI_2 / 4),  # as identified, at the speeds of guarded moves: the curve is smooth, with this slope at rest
+    "franka-dry": (PHI_1 / 2, 0 * PHI_1),  # the same size as dry friction: joints stick
+}
+
 
 def find_noise():
     model, _ = real_touches.load_arm("panda")
@@ -37,14 +47,23 @@ def find_noise():
     return {"noise": np.sqrt(np.diag(found.within))[:7].round(4).tolist(), "drift": np.ravel(found.drift)[:7].round(4).tolist()}
 
 
-def write_with_friction(name, friction, error, motion, folder):
+def friction_of(arguments, joint):
+    """Dry friction and damping of a joint, counted from the base."""
+    if arguments.joint_friction:
+        return arguments.joint_friction
+    coulomb, viscous = FRANKA[arguments.friction_of]
+    return coulomb[joint], viscous[joint]
+
+
+def write_with_friction(name, arguments, folder):
     """The scenario with a robot whose joints have friction."""
     scenario = yaml.safe_load((ROOT / "scenarios" / f"{name}.yaml").read_text(encoding="utf-8"))
-    dynamics = f'<dynamics friction="{friction[0]:g}" damping="{friction[1]:g}"/>'
     for robot in scenario["scene"]["robots"]:
         source = (ROOT / "scenarios" / robot["urdf"]).resolve()
-        text = re.sub(r'(<joint name="[^"]*" type="(?:revolute|continuous)">)', rf"\1{dynamics}", source.read_text(encoding="utf-8"))
-        if dynamics not in text:
+        number = itertools.count()
+        give = lambda joint: joint[0] + '<dynamics friction="{:g}" damping="{:g}"/>'.format(*friction_of(arguments, next(number)))
+        text, given = re.subn(r'<joint name="[^"]*" type="(?:revolute|continuous)">', give, source.read_text(encoding="utf-8"))
+        if not given:
             sys.exit(f"{source}: no joint was given friction")
         copy = folder / source.name
         copy.write_text(text, encoding="utf-8")
@@ -53,10 +72,10 @@ def write_with_friction(name, friction, error, motion, folder):
             robot["mount"] = {"on" if key is True else key: value for key, value in robot["mount"].items()}  # PyYAML takes `on` for true
             robot["mount"]["file"] = str((ROOT / "scenarios" / robot["mount"]["file"]).resolve())
     scenario["plant"] = scenario.get("plant", {}) | {"joint_friction": True}
-    if error is not None:
-        scenario["estimator"]["friction_error"] = error
-    if motion is not None:
-        scenario["friction_motion"] = motion
+    if arguments.friction_error is not None:
+        scenario["estimator"]["friction_error"] = arguments.friction_error
+    if arguments.friction_motion is not None:
+        scenario["friction_motion"] = arguments.friction_motion
     file = folder / f"{name}.yaml"
     file.write_text(yaml.safe_dump(scenario, sort_keys=False), encoding="utf-8")
     return str(file)
@@ -121,11 +140,12 @@ def percent(values, share):
     return round(float(np.quantile(values, share)), 3) if values else None
 
 
-def judge(program, scenario, first, seeds, friction, error, motion):
-    asked = asked_forces(scenario)
+def judge(scenario, arguments):
+    asked, first, seeds = asked_forces(scenario), arguments.first_seed, arguments.seeds
     with tempfile.TemporaryDirectory() as folder:
-        file = write_with_friction(scenario, friction, error, motion, pathlib.Path(folder)) if friction else scenario
-        outs = [run(program, file, seed) for seed in range(first, first + seeds)]
+        rubs = arguments.joint_friction or arguments.friction_of
+        file = write_with_friction(scenario, arguments, pathlib.Path(folder)) if rubs else scenario
+        outs = [run(arguments.program, file, seed) for seed in range(first, first + seeds)]
     reached, alarms, told, late, impact, last, found, corrections, links, failed = 0, [], [], [], [], [], [], [], [], []
     for seed, out in enumerate(outs, first):
         reached += out["status"] in ("Passed", "Failed")
@@ -148,9 +168,9 @@ def judge(program, scenario, first, seeds, friction, error, motion):
             told.append(max(felt["time_s"] for felt in move["felt"]) - move["contact_s"])
     return {
         "scenario": scenario,
-        "joint_friction": friction,
-        "friction_error": error,
-        "friction_motion": motion,
+        "joint_friction": rubs,
+        "friction_error": arguments.friction_error,
+        "friction_motion": arguments.friction_motion,
         "seeds": seeds,
         "reached": reached,
         "noticed_ms": [percent(alarms, 0.5), percent(alarms, 1)],
@@ -169,7 +189,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=40)
     parser.add_argument("--scenario", nargs="*", default=SCENARIOS)
-    parser.add_argument("--joint-friction", nargs=2, type=float, metavar=("COULOMB", "VISCOUS"))
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--joint-friction", nargs=2, type=float, metavar=("COULOMB", "VISCOUS"))
+    which.add_argument("--friction-of", choices=FRANKA)
     parser.add_argument("--friction-error", type=float)
     parser.add_argument("--friction-motion", type=float)
     parser.add_argument("--runs", type=int, default=0)
@@ -177,7 +199,7 @@ def main():
     parser.add_argument("--program", default=ROOT / "build" / "release" / "stiction")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    out = {"noise": find_noise(), "runs": [judge(arguments.program, name, arguments.first_seed, arguments.seeds, arguments.joint_friction, arguments.friction_error, arguments.friction_motion) for name in arguments.scenario]}
+    out = {"noise": find_noise(), "runs": [judge(name, arguments) for name in arguments.scenario]}
     out["runs"] += compare_runs(arguments.runs) if arguments.runs else []
     if arguments.json:
         print(json.dumps(out))

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "sensing/random_contact.hpp"
 #include "sensing/robots.hpp"
@@ -125,6 +126,29 @@ TEST(IdentifyFriction, OfAPendulum_IsFoundFromMotion) {
   record.v = record.v.cwiseAbs();
   EXPECT_NE(message_of([&] { (void)identify_friction(*model, record); }).find("joint 'robot/j', expected motion in both directions"),
             std::string::npos);
+}
+
+/// While a joint sticks, friction bears any torque within ± its size. Such rows say nothing about friction.
+TEST(FitFriction, RowsOfAJointThatSticks_AreLeftOut) {
+  const auto model = make_pendulum();
+  constexpr double kDt = 0.005, kDry = 0.7, kOffset = 0.15, kLag = 0.02;
+  std::vector<double> times;
+  const Eigen::Index n = 2000;
+  MatrixXd v(1, n), r(1, n);
+  double filtered = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = kDt * static_cast<double>(i);
+    times.push_back(t);
+    const double wave = std::sin(2 * std::numbers::pi * t);
+    v(0, i) = std::abs(wave) > 0.6 ? 0.1 * wave : 0;  // then it sticks until the spring turns it round
+    const double friction = v(0, i) != 0 ? kDry * (wave > 0 ? 1 : -1) : kDry * std::cos(40 * t);
+    filtered += -std::expm1(-kDt / kLag) * (friction + kOffset - filtered);
+    r(0, i) = -filtered;
+  }
+  const JointFriction found = fit_friction(*model, times, v, r, kLag, 0.01);
+  EXPECT_NEAR(found.coulomb[0] + 0.09 * found.viscous[0], kDry, 0.05 * kDry);
+  EXPECT_NEAR(found.offset[0], kOffset, 0.05 * kDry);
+  EXPECT_LT(found.left[0], 0.05 * kDry) << "torques of sticking joints are no noise";
 }
 
 TEST(Observe, RecordThatIsNone_IsRefusedByName) {

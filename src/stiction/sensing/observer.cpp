@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/calibrate.hpp"
@@ -95,6 +96,8 @@ class Momentum {
   Eigen::Matrix3Xd J_w_, J_v_;
 };
 
+constexpr Index kFrictionTerms = 3;
+
 /// Least squares of dry friction, viscous friction and offset. Friction dissipates energy: a negative coefficient is set to 0, and the
 /// others are fitted again.
 Vector3d solve_friction(const MatrixXd& columns, const VectorXd& torques) {
@@ -107,6 +110,27 @@ Vector3d solve_friction(const MatrixXd& columns, const VectorXd& torques) {
   out[none] = 0;
   out[other] = std::max(0.0, x[0]);
   out[2] = x[0] >= 0 ? x[1] : torques.mean();
+  return out;
+}
+
+/// Rows whose low-passed torques come from a joint that slides: friction of a joint that sticks is not a function of its speed. All rows if the joint does not
+/// slide in both directions.
+std::vector<Index> find_sliding(const std::vector<double>& times, const Eigen::RowVectorXd& v, double time_constant,
+                                double stiction_speed) {
+  constexpr double kSlides = 2, kForgets = 3;  // in v₀, and in time constants
+  std::vector<Index> out;
+  double since = 0;  // time since the joint last stuck [s]
+  bool forwards = false, backwards = false;
+  for (Index i = 1; i < v.size(); ++i) {
+    since =
+        std::abs(v[i]) > kSlides * stiction_speed ? since + times[static_cast<std::size_t>(i)] - times[static_cast<std::size_t>(i) - 1] : 0;
+    if (since < kForgets * time_constant) continue;
+    out.push_back(i);
+    (v[i] > 0 ? forwards : backwards) = true;
+  }
+  if (forwards && backwards && std::ssize(out) > 2 * kFrictionTerms) return out;
+  out.resize(static_cast<std::size_t>(v.size()));
+  std::iota(out.begin(), out.end(), Index{0});
   return out;
 }
 
@@ -154,14 +178,13 @@ JointFriction fit_friction(const world::Model& model, const std::vector<double>&
   core::require_positive("time_constant", time_constant);
   core::require_positive("stiction_speed", stiction_speed);
   const Index n = model.n_a(), count = velocities.cols();
-  constexpr Index kTerms = 3;
-  if (count <= kTerms) core::throw_invalid("t", fmt::format("{} moments", count), fmt::format("more than {}", kTerms));
+  if (count <= kFrictionTerms) core::throw_invalid("t", fmt::format("{} moments", count), fmt::format("more than {}", kFrictionTerms));
   core::require_size("qd: joints", velocities.rows(), n);
   core::require_size("r: joints", r.rows(), n);
   core::require_size("r: moments", r.cols(), count);
   core::require_size("t", static_cast<Index>(times.size()), count);
   JointFriction out{VectorXd(n), VectorXd(n), VectorXd(n), stiction_speed, VectorXd(n)};
-  MatrixXd columns(count, kTerms);
+  MatrixXd columns(count, kFrictionTerms);
   for (Index j = 0; j < n; ++j) {
     const Eigen::RowVectorXd v = velocities.row(j);
     if (!(v.maxCoeff() > stiction_speed && v.minCoeff() < -stiction_speed))
@@ -176,11 +199,14 @@ JointFriction fit_friction(const world::Model& model, const std::vector<double>&
       const Eigen::RowVector3d mean = 0.5 * (regressors(i) + regressors(i - 1));
       columns.row(i) = columns.row(i - 1) + gain_of(dt, time_constant) * (mean - columns.row(i - 1));
     }
-    const Vector3d x = solve_friction(columns, -r.row(j).transpose());
+    const std::vector<Index> sliding = find_sliding(times, v, time_constant, stiction_speed);
+    const VectorXd torques = -r(j, sliding).transpose();
+    const MatrixXd used = columns(sliding, Eigen::all);
+    const Vector3d x = solve_friction(used, torques);
     out.coulomb[j] = x[0];
     out.viscous[j] = x[1];
     out.offset[j] = x[2];
-    out.left[j] = (r.row(j).transpose() + columns * x).norm() / std::sqrt(static_cast<double>(count - kTerms));
+    out.left[j] = (used * x - torques).norm() / std::sqrt(static_cast<double>(torques.size() - kFrictionTerms));
   }
   return out;
 }

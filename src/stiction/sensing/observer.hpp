@@ -39,7 +39,7 @@ struct ObserverSettings {
 Eigen::MatrixXd observe(const world::Model& model, const MotionRecord& record, const ObserverSettings& settings = {});
 
 /// Identifies friction from motion without contact: fits r of an observer without friction by least squares to the low-passed tanh(q̇/v₀),
-/// q̇ and 1. Friction is not negative.
+/// q̇ and 1. Rows in which a joint sticks are left out. Friction is not negative.
 /// @throws core::InvalidInput: as observe(); a joint that does not move in both directions, named
 JointFriction identify_friction(const world::Model& model, const MotionRecord& record, double time_constant = 0.02,
                                 double stiction_speed = 0.01);

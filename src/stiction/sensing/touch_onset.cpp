@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/torque_noise.hpp"
@@ -135,14 +136,15 @@ MatrixXd TouchOnset::calc_variance() const {
   return out;
 }
 
-void TouchOnset::hold(const VectorXd& x) {
+void TouchOnset::hold(const VectorXd& x, const VectorXd& sign) {
   held_x_ = x;
   held_ = sum_parts(x);
+  held_sign_ = sign;
   held_variance_ = calc_variance();
 }
 
 void TouchOnset::restart() {
-  hold(x_);
+  hold(x_, sign_);
   sum_.setZero(n_);
   total_.setZero(n_);
   peak_.setZero(n_);
@@ -162,7 +164,7 @@ void TouchOnset::find_beginning() {
       beginning = i;
     }
   }
-  hold(recent_[beginning].x);
+  hold(recent_[beginning].x, recent_[beginning].sign);
   total_.setZero();
   since_ = 0;
   for (std::size_t i = beginning; i < recent_.size(); ++i) {
@@ -179,15 +181,15 @@ void TouchOnset::find_beginning() {
 bool TouchOnset::is_quiet(const VectorXd& z) {
   const auto n = static_cast<double>(z.size());
   quiet_rows_ = z.squaredNorm() <= n + 3 * std::sqrt(2 * n) ? quiet_rows_ + 1 : 0;
-  return quiet_rows_ >= options_.quiet;
+  return quiet_rows_ >= options_.quiet && !keeps_;
 }
 
 /// Makes the friction of a joint that sticks or reverses uncertain: a mean-reverting process, so that after a while friction may have any
 /// value within ± its size. Its variance never exceeds that size, so a slowly growing touch is not mistaken for friction.
-void TouchOnset::loosen(VectorRef sign, double dt) {
+void TouchOnset::loosen(const VectorXd& before, double dt) {
   constexpr double kCreep = 0.5;  // time in which the torque of a sticking joint may change to any value [s]
   for (Index j = 0; j < options_.friction.size(); ++j) {
-    const double changed = std::abs(sign[j] - sign_[j]) + dt / kCreep * (1 - sign[j] * sign[j]);
+    const double changed = std::abs(sign_[j] - before[j]) + dt / kCreep * (1 - sign_[j] * sign_[j]);
     const double kept = std::exp(-changed), variance = options_.friction[j] * options_.friction[j] / 3;
     const Index k = n_ + j;
     x_[k] *= kept;
@@ -195,11 +197,26 @@ void TouchOnset::loosen(VectorRef sign, double dt) {
     P_.col(k) *= kept;
     P_(k, k) += (1 - kept * kept) * variance;
   }
-  sign_ = sign;
 }
 
 /// Variance of the offset that the touch leaves.
 VectorXd TouchOnset::calc_left() const { return (options_.hysteresis * peak_).cwiseAbs2(); }
+
+/// Variance of the change of friction in a touch, which stops the joints. Friction of a joint at rest may have any value within ± its size. Before the touch the same holds,
+/// unless the joint slid: then the observer subtracted its friction.
+VectorXd TouchOnset::calc_hidden() const {
+  if (options_.friction.size() == 0) return VectorXd::Zero(n_);
+  return options_.friction.array().square() * (2 - held_sign_.array().abs()) / 3;
+}
+
+/// Variance of the torques without contact during a touch. P counts friction that changed in the touch, as calc_hidden() does, so the variance before the touch is used.
+MatrixXd TouchOnset::calc_touch_variance() const {
+  if (options_.friction.size() == 0) return calc_variance();
+  MatrixXd out = held_variance_;
+  out.diagonal() += calc_hidden();
+  if (options_.drift.size() != 0) out.diagonal().array() += since_ * options_.drift.array().square();
+  return out;
+}
 
 /// Lets the offset left by a touch fade, by e² within `settle`: at every moment the offset may drift by the remaining amount.
 void TouchOnset::settle(double dt) {
@@ -214,12 +231,12 @@ bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
   core::require_finite("tau", {tau.data(), static_cast<std::size_t>(tau.size())});
   core::require_positive("dt", dt);
   core::require_size("sign", sign.size(), n_);
-  loosen(sign, dt);
+  const VectorXd sign_before = std::exchange(sign_, sign), x_before = x_;
+  loosen(sign_before, dt);
   if (options_.drift.size() != 0) P_.diagonal().head(n_).array() += dt * options_.drift.array().square();
   settle(dt);
-  MatrixXd variance = calc_variance() + options_.noise;
+  MatrixXd variance = (alarm_ ? calc_touch_variance() : calc_variance()) + options_.noise;
   if (alarm_) variance.diagonal() += calc_left();
-  if (alarm_ && options_.friction.size() != 0) variance.diagonal() += options_.friction.cwiseAbs2();  // as in noise()
   const Eigen::LLT<MatrixXd> factor(variance);
   const VectorXd innovation = tau - (alarm_ ? held_ : sum_parts(x_)), z = factor.matrixL().solve(innovation);
   if (alarm_) {
@@ -236,15 +253,15 @@ bool TouchOnset::update(VectorRef tau, double dt, VectorRef sign) {
     return alarm_;
   }
   constexpr std::size_t kRecent = 100;
-  recent_.push_back({tau, z, x_, dt});
+  recent_.push_back({tau, z, x_before, sign_before, dt});
   if (recent_.size() > kRecent) recent_.pop_front();
   const VectorXd next = sum_ + z;
   const double length = next.norm(), left = length - 0.5 * options_.shift;
   const MatrixXd covariance = calc_covariance(), gain = factor.solve(covariance.transpose()).transpose();
   x_ += gain * innovation;
-  if (options_.friction.size() != 0) x_.tail(n_) = x_.tail(n_).cwiseMax(-options_.friction).cwiseMin(options_.friction);
+  if (options_.friction.size() != 0) x_.tail(n_) = x_.tail(n_).cwiseMax(-2 * options_.friction).cwiseMin(2 * options_.friction);
   P_ -= gain * covariance.transpose();
-  hold(x_);
+  hold(x_, sign_);
   sum_ = left > 0 ? VectorXd(left / length * next) : VectorXd::Zero(next.size());
   alarm_ = left > bound_;
   if (alarm_) find_beginning();
@@ -255,8 +272,7 @@ VectorXd TouchOnset::mean() const { return rows_ > 0 ? VectorXd(total_ / rows_) 
 
 MatrixXd TouchOnset::noise() const {
   MatrixXd out = held_variance_ + options_.noise / std::max(1, rows_);
-  // A touch stops the joints, and a sticking joint bears torques up to its dry friction that its motor does not show.
-  if (options_.friction.size() != 0) out.diagonal() += options_.friction.cwiseAbs2();
+  out.diagonal() += calc_hidden();
   if (options_.drift.size() != 0) out.diagonal().array() += since_ * options_.drift.array().square();
   return out;
 }

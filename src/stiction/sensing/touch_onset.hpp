@@ -48,6 +48,9 @@ class TouchOnset {
   /// as far as the sign has changed, and within half a second while a joint sticks.
   bool update(VectorRef tau, double dt, VectorRef sign);
 
+  /// While true, a touch does not end, however small its torques are: the robot presses harder to tell whether something touches.
+  void keep_touch(bool keep) { keeps_ = keep, quiet_rows_ = 0; }
+
   bool touches() const { return alarm_; }
   int rows() const { return rows_; }                     ///< number of rows since the touch began, or since the sum was last 0
   const Eigen::VectorXd& rest() const { return held_; }  ///< offset before the touch (n) [N·m; N]
@@ -59,33 +62,35 @@ class TouchOnset {
  private:
   /// A row before a touch was detected.
   struct Row {
-    Eigen::VectorXd tau, z, x;  ///< x: filter state before the row
+    Eigen::VectorXd tau, z, x, sign;  ///< x, sign: filter state and sign of friction before the row
     double dt = 0;
   };
   Eigen::VectorXd sum_parts(const Eigen::VectorXd& x) const;
   Eigen::MatrixXd calc_covariance() const;
   Eigen::MatrixXd calc_variance() const;
-  void hold(const Eigen::VectorXd& x);
+  void hold(const Eigen::VectorXd& x, const Eigen::VectorXd& sign);
   void restart();
   void find_beginning();
   bool is_quiet(const Eigen::VectorXd& innovation);
-  void loosen(VectorRef sign, double dt);
+  void loosen(const Eigen::VectorXd& before, double dt);
   void settle(double dt);
   Eigen::VectorXd calc_left() const;
+  Eigen::VectorXd calc_hidden() const;
+  Eigen::MatrixXd calc_touch_variance() const;
 
   OnsetOptions options_;
   double bound_;
   Eigen::Index n_;
-  Eigen::VectorXd x_;              ///< state of the Kalman filter: offset, then friction of every joint if there is any (n or 2n)
-  Eigen::MatrixXd P_;              ///< covariance of x_
+  Eigen::VectorXd x_;  ///< state of the Kalman filter: rest, then change of friction since that rest if there is friction (n or 2n)
+  Eigen::MatrixXd P_;  ///< covariance of x_
   Eigen::VectorXd held_x_, held_;  ///< x before the touch, and the torques of that state
   Eigen::MatrixXd held_variance_;
-  Eigen::VectorXd sum_, total_, sign_;
+  Eigen::VectorXd sum_, total_, sign_, held_sign_;
   Eigen::VectorXd peak_, left_;  ///< largest torques of the touch; remaining offset variance of the last touch
   std::deque<Row> recent_;
   double since_ = 0;  ///< time since the touch began [s]
   int rows_ = 0, quiet_rows_ = 0;
-  bool alarm_ = false;
+  bool alarm_ = false, keeps_ = false;
 };
 
 }  // namespace stiction::sensing

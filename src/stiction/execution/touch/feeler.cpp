@@ -139,4 +139,11 @@ double Feeler::calc_force(int body, const Eigen::Vector3d& p_L, const Eigen::Vec
   return size > 0 ? one.dot(weights.cwiseProduct(tau)) / size : 0;
 }
 
+double Feeler::calc_force(const VectorXd& torque) const {
+  if (!touches() || rows_ == 0) return 0;
+  const VectorXd one = select(torque), weights = (onset_->noise() + noise_ / rows_).diagonal().cwiseInverse();
+  const double size = one.dot(weights.cwiseProduct(one));
+  return size > 0 ? one.dot(weights.cwiseProduct(sum_ / rows_ - onset_->rest())) / size : 0;
+}
+
 }  // namespace stiction::execution

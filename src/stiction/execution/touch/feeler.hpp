@@ -36,8 +36,14 @@ class Feeler {
   /// Takes a row of the observer, a period after the row before. @param q  joints (n_a)  @returns true if something touches; false before start()
   bool update(const Eigen::VectorXd& external, const Eigen::VectorXd& q);
 
+  /// While true, a touch does not end (TouchOnset::keep_touch).
+  void keep_touch(bool keep) {
+    if (onset_) onset_->keep_touch(keep);
+  }
+
   bool touches() const { return onset_ && onset_->touches(); }
-  double age() const;  ///< time since the touch began, estimated from torques [s]
+  int rows() const { return rows_; }  ///< number of rows since listen() or settle()
+  double age() const;                 ///< time since the touch began, estimated from torques [s]
 
   /// Restarts the mean that identify() uses: from now on the contact force is constant.
   void settle();
@@ -47,6 +53,10 @@ class Feeler {
   /// Force at a given point and direction of a link that best explains the torques of the last identify(); a few joints cannot tell more.
   /// @param f_L  unit, in the frame of the link  @returns [N]
   double calc_force(int body, const Eigen::Vector3d& p_L, const Eigen::Vector3d& f_L) const;
+
+  /// Force of a given contact that best explains the mean of the rows since settle(), without a search for its place. @param torque  of a force of 1 N (n_a)
+  /// @returns [N]; 0 without a touch or a row
+  double calc_force(const Eigen::VectorXd& torque) const;
 
   const sensing::Sensor& sensor() const { return *sensor_; }
 

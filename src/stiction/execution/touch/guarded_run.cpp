@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <utility>
 
 #include "stiction/core/invalid_input.hpp"
@@ -46,7 +47,8 @@ constexpr double kFollow = 0.5;    ///< time constant for catching up with a com
 constexpr double kMostBehind = 5;  ///< largest lead for a command that stays behind, in asked forces
 constexpr double kAgile = 3;       ///< speed limit of commands in a guarded move, in the joint speeds that the move needs
 constexpr double kLeastShare = 1e-3;
-constexpr double kMost = 1.05;  ///< largest share of the asked force with which springs press
+constexpr double kGlance = 0.02;  ///< duration of the torque means that end a growing lead [s]
+constexpr double kMost = 1.05;    ///< largest share of the asked force with which springs press
 
 class GuardedRun {
  public:
@@ -212,8 +214,16 @@ class GuardedRun {
     return false;
   }
 
-  /// Moves along a surface while pressing on it. @returns true if it came to an edge
+  /// Moves along a surface while pressing on it. Friction of joints may hide the contact from the torques, so with friction only the way of the tool shows an edge.
+  /// @returns true if it came to an edge
   bool slide(const GuardedMove& move, double length) {
+    feeler_.keep_touch(out_.friction.has_value());
+    const bool edge = slide_kept(move, length);
+    feeler_.keep_touch(false);
+    return edge;
+  }
+
+  bool slide_kept(const GuardedMove& move, double length) {
     const MoveProfile profile(length, move.speed);
     const Vector3d from = reference_;
     std::deque<std::pair<double, double>> way;  // place along the move, and in the direction of the force [m]
@@ -256,17 +266,15 @@ class GuardedRun {
     const double alarm = loop_.time(), begin = alarm - feeler_.age(), force = move.until->force;
     const auto press_for = [&](double seconds, double from, double to) {
       const long ticks = std::lround(seconds / arm_.period);
+      feeler_.settle();
       for (long k = 1; k <= ticks && feeler_.touches(); ++k) {
-        lead_within(move.direction_W, force * (from + (to - from) * static_cast<double>(k) / static_cast<double>(ticks)), force);
-        if (!tick()) break;
+        share_ = from + (to - from) * static_cast<double>(k) / static_cast<double>(ticks);
+        lead_within(move.direction_W, share_ * force, force);
+        if (!tick() || (to > from && presses(move))) break;
       }
       return feeler_.touches() && go_on_ == Status::Solved;
     };
-    const double led =
-        out_.friction ? std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart) : kStart;  // a jump jerks joints that stick
-    if (!press_for(kHold, led, kStart)) return false;
-    if (!press_for(kPress, kStart, 1)) return false;
-    share_ = 1;
+    if (!approach_force(move, press_for)) return false;
     int wrong = 0;
     for (int k = 0; k < kMeasurements && wrong < kSure; ++k) {
       feeler_.settle();
@@ -289,6 +297,28 @@ class GuardedRun {
     result.felt[0].alarm = alarm, result.felt[0].begin = begin;
     if (!move.correct.empty()) correct(move, result.felt[0].body, move.direction_W, 0, result);
     return true;
+  }
+
+  /// True if joints stick and the torques of the last kGlance show the force of a move. Its lead is then no measure of the force, since friction loads the
+  /// springs as well.
+  bool presses(const GuardedMove& move) {
+    if (!out_.friction || feeler_.rows() * arm_.period < kGlance) return false;
+    const double force = feeler_.calc_force(-J_.topRows<3>().transpose() * move.direction_W);
+    feeler_.settle();
+    return force >= move.until->force;
+  }
+
+  /// Leads with half of the force of a move, then with all of it. If joints stick, the lead grows from what it is until the torques show the force, because a jump
+  /// jerks joints that stick. The command then has at most kSlower of the speed of the move. Joints may hide a small force, so the touch is kept until the lead has grown.
+  /// @returns false if nothing touches
+  bool approach_force(const GuardedMove& move, const std::function<bool(double, double, double)>& press_for) {
+    if (!out_.friction) return press_for(kHold, kStart, kStart) && press_for(kPress, kStart, 1);
+    const double force = move.until->force, led = std::clamp(calc_lead(move.direction_W) / force, 0.0, kStart);
+    const double whole = force * calc_softness(move.direction_W) / (kSlower * move.speed);  // until springs yield to the force [s]
+    feeler_.keep_touch(true);
+    const bool pressed = press_for(std::max(kHold + kPress, (1 - led) * whole), led, 1);
+    feeler_.keep_touch(false);
+    return pressed;
   }
 
   std::string name_touched() {
