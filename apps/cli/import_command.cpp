@@ -58,7 +58,6 @@ int run_import(const ImportArguments& arguments) {
     say(stdout, "{}", text);
     return kDone;
   }
-  require_new(out);
   tasks::write_text(text, out);
   say(stdout, "wrote {}: edit its goal, then run `stiction lint {}` and `stiction plan {}`\n", out.string(), out.string(), out.string());
   return kDone;
