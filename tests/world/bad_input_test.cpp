@@ -93,6 +93,8 @@ TEST_F(BadInput, Byte0_IsRefused) {
 
 TEST_F(BadInput, NumbersBeyondAllSizes_AreRefused) {
   EXPECT_EQ(message("gravity: [0, 0, -1e300]\n"), "scene.yaml:1: gravity[2]: got -1e300, expected a number of at most 1e+50");
+  EXPECT_EQ(message("objects: [{name: b, joint: free, mass: 1, shapes: [{box: {size: [1e-200, 1e-200, 1e-200]}}]}]"),
+            "scene.yaml:1: objects[0].shapes: got a volume of 0 m³, expected sizes in metres");
   write("far.urdf",
         "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'><origin xyz='1e300 0 0'/><parent link='a'/>"
         "<child link='b'/></joint></robot>");

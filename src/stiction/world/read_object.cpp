@@ -169,6 +169,8 @@ void read_mass(const YamlNode& node, ObjectSpec& object) {
   object.mass = node.at("mass").positive();
   if (!object.geometries.empty()) {
     const VolumeProperties shape = calc_volume_properties(object.geometries);
+    constexpr double kLeast = 1e-150;  // of a cube of 1e-50 m; moments of less vanish
+    if (!(shape.volume >= kLeast)) node.at("shapes").fail(fmt::format("a volume of {:.3g} m³", shape.volume), "sizes in metres");
     object.p_BCom = shape.center;
     object.inertia = object.mass / shape.volume * shape.inertia;
   }
