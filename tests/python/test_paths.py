@@ -47,12 +47,14 @@ def test_pipe_or_device_is_not_replaced_by_a_file(stiction, words: list[str], tm
 
 def test_link_is_followed_and_stays(stiction, tmp_path: Path) -> None:
     (tmp_path / "disk").mkdir()
-    for name in ("motion.csv", "plan.json"):
+    names = ("motion.csv", "plan.json", "page.html")
+    for name in names:
         (tmp_path / name).symlink_to(f"disk/{name}")
     plan = stiction("plan", "planar_pushing", "-o", tmp_path)
     export = stiction("export", tmp_path, "--format", "csv")
-    assert plan.returncode == 0 and export.returncode == 0, plan.stderr + export.stderr
-    assert all((tmp_path / name).is_symlink() and (tmp_path / "disk" / name).stat().st_size > 0 for name in ("motion.csv", "plan.json"))
+    page = stiction("view", tmp_path, "--html", tmp_path / "page.html")
+    assert [plan.returncode, export.returncode, page.returncode] == [0, 0, 0], plan.stderr + export.stderr + page.stderr
+    assert all((tmp_path / name).is_symlink() and (tmp_path / "disk" / name).stat().st_size > 0 for name in names)
 
 
 @pytest.mark.parametrize("words", [["grasps", "planar_hand", "-o", "/proc/grasps.npz"], ["report", "planar_hand", "-o", "/proc/report.zip"]], ids=lambda words: words[0])
