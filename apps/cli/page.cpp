@@ -65,9 +65,11 @@ namespace {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "stiction-view-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr)
-      throw InstallationFault(fmt::format("page: cannot make a folder in {}", fs::temp_directory_path().string()));
+    std::error_code error;
+    const fs::path place = fs::temp_directory_path(error);
+    std::string name = (place / "stiction-view-XXXXXX").string();
+    if (error || mkdtemp(name.data()) == nullptr)
+      throw InstallationFault(fmt::format("page: cannot make a folder in {}, which TMPDIR can name", error ? "TMPDIR" : place.string()));
     path_ = name;
   }
   ~TemporaryFolder() {

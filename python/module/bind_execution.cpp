@@ -5,6 +5,7 @@
 #include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/execution/open_loop/transfer.hpp"
 #include "stiction/execution/open_loop/tube.hpp"
+#include "watcher.hpp"
 
 namespace stiction::python {
 namespace {
@@ -42,11 +43,11 @@ TransferResult transfer(const Plan& given, double speed, double pause, const std
   plant_options.effort_limits = given.file.step.effort_limits;
   plant_options.contact.friction_scale = friction_scale;
   plant_options.mass_scale = mass_scale;
-  core::RunControl control;
-  if (timeout_s) control.deadline = deadline_in(*timeout_s);
+  Interrupt interrupt;
   TransferResult out;
-  (void)execution::transfer(simulation::Plant::make(given.task.model, plant_options), plan, options, control, out,
+  (void)execution::transfer(simulation::Plant::make(given.task.model, plant_options), plan, options, interrupt.control(timeout_s), out,
                             substeps ? &predicted : nullptr);
+  interrupt.rethrow();
   return out;
 }
 
@@ -71,10 +72,10 @@ TubeResult calc_tube(const Plan& given, const ErrorSets& errors, const std::pair
   options.scenarios = scenarios;
   options.seed = seed;
   options.threads = threads;
-  core::RunControl control;
-  if (timeout_s) control.deadline = deadline_in(*timeout_s);
+  Interrupt interrupt;
   TubeResult out;
-  (void)execution::calc_tube(given.task.model, tasks::to_plan(given.model(), given.file), options, control, out);
+  (void)execution::calc_tube(given.task.model, tasks::to_plan(given.model(), given.file), options, interrupt.control(timeout_s), out);
+  interrupt.rethrow();
   return out;
 }
 

@@ -3,6 +3,7 @@
 #include "bindings.hpp"
 #include "pickles.hpp"
 #include "stiction/simulation/simulation.hpp"
+#include "watcher.hpp"
 
 namespace stiction::python {
 namespace {
@@ -38,11 +39,12 @@ simulation::SimulationResult simulate(const std::shared_ptr<const Plant>& plant,
   const Eigen::MatrixXd columns = u.value.transpose();
   simulation::SimulationInput in{q0.value, times.value, columns};
   if (v0) in.v0 = &v0->value;
-  core::RunControl control;
-  if (timeout_s) control.deadline = deadline_in(*timeout_s);
+  Interrupt interrupt;
+  const core::RunControl control = interrupt.control(timeout_s);
   const nb::gil_scoped_release unlocked;
   simulation::Workspace work(plant);
   (void)simulation::simulate(*plant, in, {.record_interval = record_interval, .control = &control, .stop = {}}, work, out);
+  interrupt.rethrow();
   return out;
 }
 

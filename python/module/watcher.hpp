@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <exception>
 
 #include "bindings.hpp"
@@ -53,19 +55,14 @@ class Watcher {
   std::atomic<bool> cancel_{false};
 };
 
-/// Ctrl-C ends a run that asks whether it is abandoned, without Python's lock.
+/// Ctrl-C ends a run that asks whether it is abandoned, without Python's lock. Threads may ask; Python takes signals in its main thread only.
 class Interrupt {
  public:
   /// What stops the run: this, or the time. None: as long as it takes.
   core::RunControl control(std::optional<double> timeout_s) {
     core::RunControl out;
     if (timeout_s) out.deadline = deadline_in(*timeout_s);
-    out.abandoned = [this] {  // looked for once a tick
-      const nb::gil_scoped_acquire locked;
-      if (PyErr_CheckSignals() == 0) return false;
-      error_ = std::make_exception_ptr(nb::python_error());
-      return true;
-    };
+    out.abandoned = [this] { return has_come(); };  // asked once a tick
     return out;
   }
   void rethrow() const {
@@ -73,7 +70,23 @@ class Interrupt {
   }
 
  private:
+  using Clock = core::RunControl::Clock;
+
+  bool has_come() {
+    if (has_come_) return true;
+    const Clock::time_point now = Clock::now();
+    if (now < next_.load(std::memory_order_relaxed)) return false;
+    next_.store(now + std::chrono::milliseconds(10), std::memory_order_relaxed);  // Python's lock takes longer than a tick
+    const nb::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() == 0) return has_come_;
+    error_ = std::make_exception_ptr(nb::python_error());
+    has_come_ = true;
+    return true;
+  }
+
   std::exception_ptr error_;
+  std::atomic<bool> has_come_{false};
+  std::atomic<Clock::time_point> next_{Clock::time_point{}};
 };
 
 }  // namespace stiction::python

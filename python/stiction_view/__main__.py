@@ -69,10 +69,11 @@ def serve(file: Path, port: int, temporary: bool) -> None:
 
 def write(file: Path, page: str) -> int:
     # Under a temporary name first, so that an interrupted run never leaves half a page.
-    temporary = file.with_name(f".{file.name}.{os.getpid()}")
+    place = Path(os.path.realpath(file))  # a link stays
+    temporary = place.with_name(f".{place.name}.{os.getpid()}")
     try:
         temporary.write_text(page, encoding="utf-8")
-        temporary.replace(file)
+        temporary.replace(place)
     except OSError as error:
         print(f"error: {file}: cannot be written ({error.strerror})", file=sys.stderr)
         return BAD_INPUT

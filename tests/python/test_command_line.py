@@ -309,6 +309,26 @@ def test_signal_while_python_starts_is_code_130(number: signal.Signals, tmp_path
         assert done.returncode == 130 and json.loads(done.stdout)["status"] == "Cancelled" and "Traceback" not in done.stderr, done.stderr
 
 
+ENDLESS = """
+import os, signal, sys, threading
+sys.path.insert(0, sys.argv[1])
+import stiction as st
+plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+plant, t = st.Plant(plan.task.model), st.make_trajectory(plan, speed=1e-3)
+threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    {call}
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.parametrize("call", ["st.transfer(plan, speed=1e-3, alone=False)", "st.transfer(plan, speed=1e-3, whole=False)", "st.simulate(plant, t.q[0], t.times, t.u)"])
+def test_ctrl_c_ends_simulations_of_the_module(call: str) -> None:
+    done = children.run([sys.executable, "-c", ENDLESS.replace("{call}", call), ROOT / "build/release/python"], limit=60)
+    assert done.stdout == "interrupted\n", done.stderr
+
+
 def test_grasps_found_before_ctrl_c_are_kept(tmp_path: Path) -> None:
     words = ["grasps", "planar_hand", "--count", "100000", "--timeout", "1000", "-o", tmp_path / "grasps.npz", "--json"]
     with children.Child([PROGRAM, *words]) as child:

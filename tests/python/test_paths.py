@@ -7,6 +7,7 @@ import os
 import sys
 from pathlib import Path
 
+import children
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -47,12 +48,27 @@ def test_pipe_or_device_is_not_replaced_by_a_file(stiction, words: list[str], tm
 
 def test_link_is_followed_and_stays(stiction, tmp_path: Path) -> None:
     (tmp_path / "disk").mkdir()
-    for name in ("motion.csv", "plan.json"):
+    names = ("motion.csv", "plan.json", "page.html")
+    for name in names:
         (tmp_path / name).symlink_to(f"disk/{name}")
     plan = stiction("plan", "planar_pushing", "-o", tmp_path)
     export = stiction("export", tmp_path, "--format", "csv")
-    assert plan.returncode == 0 and export.returncode == 0, plan.stderr + export.stderr
-    assert all((tmp_path / name).is_symlink() and (tmp_path / "disk" / name).stat().st_size > 0 for name in ("motion.csv", "plan.json"))
+    page = stiction("view", tmp_path, "--html", tmp_path / "page.html")
+    assert [plan.returncode, export.returncode, page.returncode] == [0, 0, 0], plan.stderr + export.stderr + page.stderr
+    assert all((tmp_path / name).is_symlink() and (tmp_path / "disk" / name).stat().st_size > 0 for name in names)
+
+
+def test_working_folder_that_is_gone_and_no_temporary_folder_are_named(stiction, program: Path, tmp_path: Path) -> None:
+    gone, plan = tmp_path / "gone", _plan(tmp_path)
+    for words, code, message in (
+        (["export", plan, "-o", "motion.csv"], 2, "cannot be made or written (No such file or directory)"),
+        (["import", "scene.xml"], 2, "working folder: got a path that cannot be used (No such file or directory)"),
+        (["view", "planar_pushing", "--html", tmp_path / "page.html"], 70, "cannot make a folder in TMPDIR"),
+    ):
+        gone.mkdir()
+        enter = ["sh", "-c", 'cd "$1" && rmdir "$1" && shift && exec "$@"', "sh", gone, "env", "TMPDIR=/nowhere", program]
+        done = children.run([*enter, *words])
+        assert done.returncode == code and message in done.stderr and done.stderr.count("\n") == 1, done.stderr
 
 
 @pytest.mark.parametrize("words", [["grasps", "planar_hand", "-o", "/proc/grasps.npz"], ["report", "planar_hand", "-o", "/proc/report.zip"]], ids=lambda words: words[0])

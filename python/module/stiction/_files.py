@@ -22,8 +22,8 @@ from ._core import InvalidInput
 
 def require_folder(file: Path) -> Path:
     """Makes the folder of a file to write, and returns where it is written: a link leads to it. Raises InvalidInput: it cannot, or something else is there."""
-    place = Path(os.path.realpath(file))
     try:
+        place = Path(os.path.realpath(file))  # fails where the working folder is gone
         place.parent.mkdir(parents=True, exist_ok=True)
         is_folder, is_other = place.is_dir(), place.exists() and not place.is_file()
     except OSError as error:

@@ -241,7 +241,7 @@ def main(words: Sequence[str]) -> int:
     for name, plan in zip(arguments.plans, plans):
         if miss := describe_miss(plan):
             missed = True
-            print(f"stiction: warning: {name}: {miss}", file=sys.stderr)
+            _command.say(f"stiction: warning: {name}: {miss}", sys.stderr)
     knots, duration = sum(len(motion.time) for motion in motions), sum(float(motion.time[-1]) for motion in motions)
     plan = plans[0]
     rows = {"motion": f"{knots} knots, {duration:.1f} s at {motions[0].speed:g} of the full timing"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}

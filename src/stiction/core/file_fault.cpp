@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <string>
+
 namespace stiction::core {
 
 InvalidInput to_invalid_input(const std::filesystem::filesystem_error& error) {
-  return InvalidInput(fmt::format("{}: got a path that cannot be used ({}), expected a file or folder that can be read",
-                                  error.path1().string(), error.code().message()));
+  const std::string path = error.path1().empty() ? "working folder" : error.path1().string();
+  return InvalidInput(
+      fmt::format("{}: got a path that cannot be used ({}), expected a file or folder that can be read", path, error.code().message()));
 }
 
 }  // namespace stiction::core
