@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """How often is the touched link named? On 26 logs of a real Franka, and on simulated touches with the noise of these logs.
 
-    bench/real_touches.py [--seeds 3] [--touches 1000] [--curve [ARM …] [--first-seed 0]] [--json]
+    bench/real_touches.py [--seeds 3] [--touches 1000] [--curve [ARM …]] [--json]
 
 Noise, and the rest of another log, come from the logs other than the one that is judged. The hand is sensed as well and counts as link 7, as in the labels.
-With --curve only the calibration of probabilities is measured, with simulated touches of these arms: of the touches whose most probable link has 50 to 70 %, in how many is it right? `worst_bin` is the largest
-difference and its standard error, without bins of less than a twentieth of the touches.
+With --curve only the calibration of probabilities is measured, with so many simulated touches for each seed: of the touches whose most probable link has 50 to 70 %, in how many is it right? `worst_bin` is the
+largest difference and its standard error, without bins of less than a twentieth of the touches. `all arms` puts the touches of all arms together.
 """
 
 import argparse
@@ -183,29 +183,37 @@ def simulate(name, touches, force, seed):
         seconds.append(time.thread_time() - started)
         named, probability = next(iter(result.posterior.links.items()))
         seen.append(result.verdict != st.Verdict.BelowThreshold)
-        says.append(probability / (1 - result.posterior.nothing))  # of the link, given that something touches
-        right.append(named == touch["link"])
+        some = sum(result.posterior.links.values())  # 0 if no sample of any link comes near the torques
+        says.append(probability / some if some > 0 else 0.0)  # of the link, given that something touches
+        right.append(some > 0 and named == touch["link"])
         held += touch["link"] in result.posterior.credible
         sizes += len(result.posterior.credible)
         best = next((c for c in result.candidates if c.explains), None)
         if best is not None and best.link == touch["link"]:
             distances.append(float(np.linalg.norm(best.p_L - touch["p_L"])))
     says, right = np.array(says), np.array(right)
-    bins = [(says >= low) & (says < high) for low, high in ((0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.01))]
-    errors = [(abs(float(says[b].mean() - right[b].mean())), float(np.sqrt(says[b].mean() * (1 - says[b].mean()) / b.sum()))) for b in bins if b.mean() >= 0.05]
-    return {
-        "touches": touches,
+    return judge_curve(says, right) | {
         "below_threshold": round(1 - float(np.mean(seen)), 3),
         "first_of_seen": round(float(right[np.array(seen)].mean()), 3),
-        "first": round(float(right.mean()), 3),
-        "says": round(float(says.mean()), 3),
-        "curve": [(round(float(says[b].mean()), 3), round(float(right[b].mean()), 3), int(b.sum())) for b in bins if b.any()],
-        "worst_bin": [round(x, 3) for x in max(errors)],  # of those with a twentieth of the touches or more; and its standard error
         "in_set": round(held / touches, 3),
         "set_links": round(sizes / touches, 2),
         "median_distance_cm": round(100 * float(np.median(distances)), 1),
         "median_ms": round(1e3 * float(np.median(seconds)), 2),
         "p99_ms": round(1e3 * float(np.quantile(seconds, 0.99)), 2),
+        "each": (says, right),
+    }
+
+
+def judge_curve(says, right):
+    """Bins of the probability of the most probable link: what it says, how often it is right, and the number of touches."""
+    bins = [(says >= low) & (says < high) for low, high in ((0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.01))]
+    errors = [(abs(float(says[b].mean() - right[b].mean())), float(np.sqrt(says[b].mean() * (1 - says[b].mean()) / b.sum()))) for b in bins if b.mean() >= 0.05]
+    return {
+        "touches": len(says),
+        "first": round(float(right.mean()), 3),
+        "says": round(float(says.mean()), 3),
+        "curve": [(round(float(says[b].mean()), 3), round(float(right[b].mean()), 3), int(b.sum())) for b in bins if b.any()],
+        "worst_bin": [round(x, 3) for x in max(errors)],  # of those with a twentieth of the touches or more; and its standard error
     }
 
 
@@ -277,7 +285,6 @@ def main():
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--touches", type=int, default=1000)
     parser.add_argument("--curve", nargs="*", metavar="ARM", choices=ARMS)
-    parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     if arguments.curve is not None:
@@ -301,10 +308,15 @@ def main():
 
 
 def measure_curves(arms, arguments):
-    within, drift = noise_of_logs()
-    kinds = {"10 N": 10.0, "forces of the prior": None}
-    touches = {f"{name}, {kind}": simulate(name, arguments.touches, force, arguments.first_seed) for name in arms for kind, force in kinds.items()}
-    return {"logs": {}, "touches": touches} | describe_noise(within, drift)
+    touches = {}
+    for kind, force in (("10 N", 10.0), ("forces of the prior", None)):
+        everything = []
+        for name in arms:
+            each = [simulate(name, arguments.touches, force, seed)["each"] for seed in range(arguments.seeds)]
+            touches[f"{name}, {kind}"] = judge_curve(*np.concatenate(each, axis=1))
+            everything += each
+        touches[f"all arms, {kind}"] = judge_curve(*np.concatenate(everything, axis=1))
+    return {"logs": {}, "touches": touches} | describe_noise(*noise_of_logs())
 
 
 def describe_noise(within, drift):
@@ -312,6 +324,8 @@ def describe_noise(within, drift):
 
 
 def print_all(out, as_json):
+    for score in out["touches"].values():
+        score.pop("each", None)
     if as_json:
         print(json.dumps(out))
         return
