@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -302,6 +303,31 @@ TEST(Posterior, MomentsOfOneTouch_SayMoreThanOne) {
   EXPECT_GT(three, one + 0.02);
   EXPECT_GT(right, 0.8 * kCases);
   EXPECT_LT(brier, 0.15);
+}
+
+/// Where samples are far apart and torques far above their noise, no sample is near enough to the touched place to be accepted.
+TEST(Posterior, LargeTorquesThatNoSampleExplains_AreATouch) {
+  const auto sensor = make_iiwa(10);
+  SenseWorkspace work(sensor);
+  core::Random random(9, 0);
+  SenseOptions options = with_posterior(0.001);
+  options.accept_share = 1e-9;
+  const int links[] = {3, 4, 5, 6};
+  int without = 0, right = 0;
+  for (int i = 0; i < 40; ++i) {
+    const KnownCase c = make_random_case(*sensor, links, options.cone, 30, random);
+    SenseResult result;
+    sense(*sensor, {c.q, c.tau}, options, work, result);
+    if (result.accepted > static_cast<int>(sensor->links().size())) continue;
+    ++without;
+    EXPECT_GT(result.accepted, 0) << i;
+    EXPECT_LT(result.posterior.nothing, 1e-6) << i;
+    EXPECT_FALSE(result.candidates.empty()) << i;
+    const auto& p = result.posterior.links;
+    right += std::max_element(p.begin(), p.end()) - p.begin() == c.contact.link;
+  }
+  EXPECT_GT(without, 20) << "or the test would say nothing";
+  EXPECT_GT(right, 0.6 * without);
 }
 
 TEST(Posterior, TorquesBelowTheThreshold_AreProbablyNothing) {

@@ -29,7 +29,7 @@ struct SenseWorkspace::Impl {
   Eigen::MatrixXd scratch;
   std::vector<LinkTorque> torques;  ///< per sensed link
   Eigen::VectorXd residuals;
-  std::vector<Start> starts;
+  std::vector<Start> starts, nearest;
   std::vector<ContactPoint> tried;  ///< starts of the descents so far
   std::vector<int> ends;
   ClusterWorkspace clusters;
@@ -53,6 +53,7 @@ struct SenseWorkspace::Impl {
     }
     residuals.resize(most);
     starts.reserve(static_cast<std::size_t>(all));
+    nearest.reserve(sensor->links().size());
   }
 };
 
@@ -113,14 +114,21 @@ std::vector<ContactPoint> SenseResult::best_points() const {
 
 namespace {
 
-void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accept, SenseWorkspace::Impl& work) {
+/// Accepts samples by their residual. @param or_nearest  if none is accepted, take the best sample of each link
+void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accept, bool or_nearest, SenseWorkspace::Impl& work) {
   work.starts.clear();
+  work.nearest.clear();
   for (int i = 0; i < static_cast<int>(sensor.links().size()); ++i) {
     const SensedLink& link = sensor.links()[static_cast<std::size_t>(i)];
     calc_residuals(work.torques[static_cast<std::size_t>(i)], link.batch, cone, work.residuals);
-    for (int s = 0; s < link.batch.size; ++s)
+    int best = 0;
+    for (int s = 0; s < link.batch.size; ++s) {
       if (work.residuals[s] <= accept) work.starts.push_back({work.residuals[s], i, s});
+      if (work.residuals[s] < work.residuals[best]) best = s;
+    }
+    if (link.batch.size > 0) work.nearest.push_back({work.residuals[best], i, best});
   }
+  if (or_nearest && work.starts.empty()) work.starts = work.nearest;
   std::sort(work.starts.begin(), work.starts.end(), [](const auto& a, const auto& b) {
     return std::tuple(a.residual, a.link, a.sample) < std::tuple(b.residual, b.link, b.sample);
   });
@@ -217,7 +225,7 @@ void find_points(const Sensor& sensor, const SenseInput& input, const SenseOptio
   out.points.clear();
   out.descents = out.converged = 0;
   out.friction = cone.friction();
-  accept_samples(sensor, cone, accept, work);
+  accept_samples(sensor, cone, accept, !options.accept, work);
   out.accepted = static_cast<int>(work.starts.size());
   Search search(sensor, options, cone, work, out);
   std::visit(
@@ -391,7 +399,7 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   const double accept = options.accept.value_or(std::max(options.accept_share * tau_tau, noise_bound));
   const FrictionCone* cone = &options.cone;
   if (is_below) {
-    accept_samples(sensor, *cone, accept, work);
+    accept_samples(sensor, *cone, accept, !options.accept, work);
     out.accepted = static_cast<int>(work.starts.size());
     find_posterior(sensor, options, *cone, work, out);
     return;
