@@ -37,9 +37,9 @@ struct OptimizeOptions {
   /// h, regularisation, friction and joint limits of all steps. The optimizer sets smoothing and with_… itself.
   dynamics::StepOptions step;
   dynamics::LocalModelScheme scheme = dynamics::Analytic{};  ///< scheme of the local models in the first iteration
-  double kappa_growth = 1.1616;                              ///< κ_i = κ_0 · growthⁱ (Analytic), > 0; (2000/100)^(1/20) as published
-  double std_decay = 0.8;                                    ///< std_i = std_0 / (i + 1)^decay (randomised), ≥ 0
-  bool use_A = true;  ///< false: A is identity for objects and 0 for robots; the robot rows of B are identity
+  double kappa_growth = 1.1616;  ///< κ_i = κ_0 · growthⁱ ≤ 1e50 (Analytic), > 0; (2000/100)^(1/20) as published
+  double std_decay = 0.8;        ///< std_i = std_0 / (i + 1)^decay (randomised), ≥ 0
+  bool use_A = true;             ///< false: A is identity for objects and 0 for robots; the robot rows of B are identity
   Weights weights;
   Eigen::VectorXd input_bound = Eigen::VectorXd::Constant(1, 0.2);  ///< |u_t − qᵃ_t| ≤ this (n_a, or one for all) [rad or m], > 0
   int iterations = 10;                                              ///< ≥ 1

@@ -1,8 +1,10 @@
 #include "stiction/trajopt/stage_model.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
+#include "stiction/core/number.hpp"
 #include "stiction/core/overloaded.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/dynamics/so3.hpp"
@@ -106,10 +108,11 @@ dynamics::LocalModelScheme scheme_of(const OptimizeOptions& options, int i, std:
     s.std_u *= share, s.std_q *= share;
     s.seed = core::Random(s.seed, static_cast<std::uint64_t>(i) * T + t).bits();
   };
-  std::visit(
-      core::Overloaded{[](dynamics::Exact&) {}, [&](dynamics::Analytic& s) { s.kappa *= std::pow(options.kappa_growth, i); },
-                       [&](dynamics::RandomizedFirstOrder& s) { sharpen(s); }, [&](dynamics::RandomizedZerothOrder& s) { sharpen(s); }},
-      out);
+  std::visit(core::Overloaded{
+                 [](dynamics::Exact&) {},
+                 [&](dynamics::Analytic& s) { s.kappa = std::min(s.kappa * std::pow(options.kappa_growth, i), core::kLargestNumber); },
+                 [&](dynamics::RandomizedFirstOrder& s) { sharpen(s); }, [&](dynamics::RandomizedZerothOrder& s) { sharpen(s); }},
+             out);
   return out;
 }
 
