@@ -318,11 +318,9 @@ TEST(Posterior, LargeTorquesThatNoSampleExplains_AreATouch) {
     const KnownCase c = make_random_case(*sensor, links, options.cone, 30, random);
     SenseResult result;
     sense(*sensor, {c.q, c.tau}, options, work, result);
-    if (result.accepted > static_cast<int>(sensor->links().size())) continue;
+    if (result.accepted > 0) continue;
     ++without;
-    EXPECT_GT(result.accepted, 0) << i;
     EXPECT_LT(result.posterior.nothing, 1e-6) << i;
-    EXPECT_FALSE(result.candidates.empty()) << i;
     const auto& p = result.posterior.links;
     right += std::max_element(p.begin(), p.end()) - p.begin() == c.contact.link;
   }

@@ -114,8 +114,8 @@ std::vector<ContactPoint> SenseResult::best_points() const {
 
 namespace {
 
-/// Accepts samples by their residual. @param or_nearest  if none is accepted, take the best sample of each link
-void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accept, bool or_nearest, SenseWorkspace::Impl& work) {
+/// Accepts samples by their residual, and finds the best sample of each link.
+void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accept, SenseWorkspace::Impl& work) {
   work.starts.clear();
   work.nearest.clear();
   for (int i = 0; i < static_cast<int>(sensor.links().size()); ++i) {
@@ -128,10 +128,11 @@ void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accep
     }
     if (link.batch.size > 0) work.nearest.push_back({work.residuals[best], i, best});
   }
-  if (or_nearest && work.starts.empty()) work.starts = work.nearest;
-  std::sort(work.starts.begin(), work.starts.end(), [](const auto& a, const auto& b) {
+  const auto by_residual = [](const auto& a, const auto& b) {
     return std::tuple(a.residual, a.link, a.sample) < std::tuple(b.residual, b.link, b.sample);
-  });
+  };
+  std::ranges::sort(work.starts, by_residual);
+  std::ranges::sort(work.nearest, by_residual);
 }
 
 /// Fills the LinkTorque of each link at q from the whitened torques, and from the base wrench if there is one.
@@ -225,7 +226,7 @@ void find_points(const Sensor& sensor, const SenseInput& input, const SenseOptio
   out.points.clear();
   out.descents = out.converged = 0;
   out.friction = cone.friction();
-  accept_samples(sensor, cone, accept, !options.accept, work);
+  accept_samples(sensor, cone, accept, work);
   out.accepted = static_cast<int>(work.starts.size());
   Search search(sensor, options, cone, work, out);
   std::visit(
@@ -343,7 +344,8 @@ double calc_base_size(const BaseWrench& base, double noise) {
          std::pow(noise / base.moment_noise, 2) * base.moment_W.squaredNorm();
 }
 
-/// Computes probabilities from the accepted samples: all other samples have so large residuals that they carry no weight.
+/// Computes probabilities from the accepted samples: all other samples have so large residuals that they carry no weight. If no sample is accepted, the best one
+/// of each link is used.
 void find_posterior(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, SenseWorkspace::Impl& work,
                     SenseResult& out) {
   const double noise = calc_evidence_noise(options, work);
@@ -352,7 +354,7 @@ void find_posterior(const Sensor& sensor, const SenseOptions& options, const Fri
       work.evidence->is_exact() != cone.is_lorentz() || (!cone.is_lorentz() && work.evidence->cone().rays() != cone.rays()))
     work.evidence.emplace(cone, work.forces);
   work.places.clear();
-  for (const auto& start : work.starts) work.places.push_back({start.link, start.sample});
+  for (const auto& start : work.starts.empty() ? work.nearest : work.starts) work.places.push_back({start.link, start.sample});
   calc_posterior(sensor, work.torques, work.places, *work.evidence, noise, options.touch_prior, work.posterior, out.posterior);
 }
 
@@ -399,7 +401,7 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   const double accept = options.accept.value_or(std::max(options.accept_share * tau_tau, noise_bound));
   const FrictionCone* cone = &options.cone;
   if (is_below) {
-    accept_samples(sensor, *cone, accept, !options.accept, work);
+    accept_samples(sensor, *cone, accept, work);
     out.accepted = static_cast<int>(work.starts.size());
     find_posterior(sensor, options, *cone, work, out);
     return;
