@@ -24,7 +24,7 @@ from stiction.demonstrations import Demonstration
 from stiction.exports import make_motion
 
 FRAMES = 30.0  # a second, of a camera
-SPEED = 1.0  # of what is shown, times the full timing
+SPEED = 1.0  # of what is shown, times the full speed
 
 
 @dataclasses.dataclass(frozen=True)

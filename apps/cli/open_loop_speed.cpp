@@ -15,6 +15,6 @@ void add_open_loop_speed(CLI::App& command, double& speed) {
              Bound::Positive);
 }
 
-std::string describe_speed(double speed) { return fmt::format("{:g} of the full timing", speed); }
+std::string describe_speed(double speed) { return fmt::format("{:g} of the full speed", speed); }
 
 }  // namespace stiction::app

@@ -69,7 +69,10 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
                    const fs::path& file) {
   const Counts counts(r.plan);
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  say(to, "{}, seed {}: {}\n", task.name, r.seed, r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
+  const std::string_view outcome = r.status == Status::Solved          ? "solved"
+                                   : r.status == Status::MaxIterations ? "no plan within the budget; this is the best path"
+                                                                       : core::to_string(r.status);
+  say(to, "{}, seed {}: {}\n", task.name, r.seed, outcome);
   row("time", fmt::format("{:.3f} s", r.wall_s));
   row("error at the goal", fmt::format("{:.2f} mm (tolerance {:.0f}), {:.4f} rad (tolerance {:.2f})", 1e3 * r.plan.error.position,
                                        1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));

@@ -24,7 +24,7 @@ struct RefineArguments {
   std::optional<std::uint64_t> seed;
   std::optional<int> threads;
   double timeout_s = 20;
-  double speed = execution::kOpenLoopSpeed;  ///< of trajectory.csv, times the full timing
+  double speed = execution::kOpenLoopSpeed;  ///< of trajectory.csv, times the full speed
   bool html = false;
   bool json = false;
 };

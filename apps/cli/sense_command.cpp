@@ -209,6 +209,8 @@ class SenseRun {
 
 /// What the command line says of torques, over the scenario.
 void override_torques(const SenseArguments& arguments, sensing::Scenario& scenario) {
+  if (arguments.turn && scenario.options.torques.sign < 0)
+    say(stderr, "stiction: warning: --turn reverses sensing.sign: -1 of the scenario, so the torques count as they are in the log\n");
   if (arguments.turn) scenario.options.torques.sign *= -1;
   if (arguments.noise) {
     core::require_positive("--noise", *arguments.noise);

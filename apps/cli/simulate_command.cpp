@@ -22,7 +22,7 @@ struct SimulateArguments {
   std::string plan;
   std::string out_dir;
   double timeout_s = 600;
-  double speed = execution::kOpenLoopSpeed;  ///< times the full timing
+  double speed = execution::kOpenLoopSpeed;  ///< times the full speed
   double pause_s = 0;                        ///< between pieces
   std::optional<int> substeps;               ///< predict each edge in this many steps; nothing: as the plan does
   double rest_time_s = execution::kRestTime;

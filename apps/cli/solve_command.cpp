@@ -26,7 +26,7 @@ struct SolveArguments {
   int tries = 20;
   double timeout_s = 120;                    ///< of all tries
   std::vector<double> friction = {1.0};      ///< the goal has to be reached with every μ times each of these
-  double speed = execution::kOpenLoopSpeed;  ///< times the full timing
+  double speed = execution::kOpenLoopSpeed;  ///< times the full speed
   std::optional<int> threads;
   std::string out_dir;
   bool json = false;
@@ -125,7 +125,7 @@ int run_solve(const SolveArguments& arguments) {
   const Status status = tasks::solve(task, options, control, result);
   line.clear();
   const std::string_view verdict = status == Status::Solved ? "Held" : status == Status::Cancelled ? "Cancelled" : "NotHeld";
-  const std::string_view words = status == Status::Solved      ? "goal reached"
+  const std::string_view words = status == Status::Solved      ? "found"
                                  : status == Status::Cancelled ? "interrupted"
                                                                : "goal not reached";
   say(to, "  {} after {:.2f} s and {} of at most {} tries\n", words, result.wall_s, result.tries.size(), arguments.tries);

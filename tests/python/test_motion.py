@@ -183,7 +183,7 @@ def test_speed_is_that_at_which_plans_hold_and_every_output_says_it(stiction, st
     refined = stiction("refine", tmp_path / "plan", "--json")
     for done in (exported, simulated, refined):
         assert done.returncode == 0, done.stderr
-        assert json.loads(done.stdout)["speed"] == 0.1 and "0.1 of the full timing" in done.stderr
+        assert json.loads(done.stdout)["speed"] == 0.1 and "0.1 of the full speed" in done.stderr
     rows = (tmp_path / "plan/refined/trajectory.csv").read_text().splitlines()
     again = st.make_trajectory(st.read_plan(tmp_path / "plan/refined/plan.json"))
     assert len(rows) == 1 + len(again.times) and float(rows[-1].split(",")[0]) == again.duration

@@ -252,6 +252,8 @@ def test_command_line_takes_rest_noise_and_sign(program: Path, tmp_path: Path) -
     assert "which shows a contact from 0.4 N·m on" in text and "probably: nothing" in text
     wrong = children.run([program, "sense", file, "--rest", "1", "2"], limit=60)
     assert wrong.returncode == 2 and "--rest: got 1 2, expected seconds of the record, which has 7.19" in wrong.stderr
+    twice = children.run([program, "sense", scenario(tmp_path, sign=-1), "--turn"], limit=60)
+    assert "--turn reverses sensing.sign: -1 of the scenario" in twice.stderr
 
 
 def test_random_tables_say_the_same_of_the_same_joints(tmp_path: Path) -> None:

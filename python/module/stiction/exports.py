@@ -40,7 +40,7 @@ class Motion:
     objects: list[str]
     poses: np.ndarray  # (knots, objects, 7): x y z [m] qx qy qz qw of X_WB
     contacts: list[list[PlanContact]]  # (knots) of the sub-step that led there
-    speed: float  # times the full timing
+    speed: float  # times the full speed
 
     def about(self) -> dict[str, Any]:
         """Returns the origin of the motion: task, scene, status, seed, speed and version of the code."""
@@ -244,7 +244,7 @@ def main(words: Sequence[str]) -> int:
             _command.say(f"stiction: warning: {name}: {miss}", sys.stderr)
     knots, duration = sum(len(motion.time) for motion in motions), sum(float(motion.time[-1]) for motion in motions)
     plan = plans[0]
-    rows = {"motion": f"{knots} knots, {duration:.1f} s at {motions[0].speed:g} of the full timing"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}
+    rows = {"motion": f"{knots} knots, {duration:.1f} s at {motions[0].speed:g} of the full speed"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}
     status = plan.status.name if len(plans) == 1 else "Solved" if not missed else "NotSolved"
     result: dict[str, object] = {"status": "NotSolved" if missed else "Done", "plan_status": status, "task": plan.task.name, "seed": plan.seed, "format": format}
     result |= {"speed": motions[0].speed, "knots": knots, "duration_s": duration, "files": [str(path) for path in files]}

@@ -52,7 +52,7 @@ class PlanRun:
 
     timeout_s: float = 20.0  # of the planner, and of refinement [s]
     refine: bool = True
-    speed: float = OPEN_LOOP_SPEED  # in the simulation, times the full timing that follows from object and motors; above 1 only pushes are faster
+    speed: float = OPEN_LOOP_SPEED  # in the simulation, times the full speed that follows from object and motors; above 1 only pushes are faster
     alone: bool = False  # simulate pushes by themselves as well, which tells causes apart
     uniform: bool = False  # speed times SpeedLimits() in place of those
 

@@ -271,7 +271,7 @@ SeriesColumns find_columns(const Strings& names, const world::Model& model, cons
       std::any_of(out.tau.begin(), out.tau.end(), [&](std::size_t column) { return names[column].find(kLibfranka) != std::string::npos; });
   if (is_libfranka)
     out.notes.push_back(
-        fmt::format("{}: '{}' is what the robot does to its surroundings, which sensing.sign: -1 turns around", where, kLibfranka));
+        fmt::format("{}: '{}' is what the robot does to its surroundings, so it needs sensing.sign: -1", where, kLibfranka));
   return out;
 }
 

@@ -46,7 +46,7 @@ struct SolveOptions {
   std::uint64_t seed = 0;              ///< seed of the first try; later tries count up from it
   int tries = 20;                      ///< largest number of seeds, ≥ 1
   std::vector<double> friction = {1};  ///< factors on every μ, ≥ 0, at least one; the goal must be reached with each factor
-  /// Speed of the runs and of the written commands, as a factor on the full timing (E.13), > 0; values above 1 apply to pushes alone.
+  /// Speed of the runs and of the written commands, as a factor on the full speed (E.13), > 0; values above 1 apply to pushes alone.
   double speed = execution::kOpenLoopSpeed;
   double lost_factor = 5;  ///< deviation from the plan, in goal tolerances, beyond which the object counts as lost, > 0
   int threads = 0;         ///< 0 = all cores; the result does not depend on it

@@ -4,13 +4,13 @@
 
 namespace stiction::execution {
 
-/// Default share of the full timing (E.13) at which plans are exported, simulated and written. Without feedback, nine in ten planar plans reach their goal at
-/// this speed, and one in three at the full timing (docs/theory/execution.md).
+/// Default share of the full speed (E.13) at which plans are exported, simulated and written. Without feedback, nine in ten planar plans reach their goal at
+/// this speed, and one in three at the full speed (docs/theory/execution.md).
 inline constexpr double kOpenLoopSpeed = 0.1;
 
 /// Speed and acceleration limits at which a robot handles an object.
 struct RunSpeeds {
-  double factor = 1;             ///< factor of these speeds over those of the full timing (E.13), > 0
+  double factor = 1;             ///< factor of these speeds over those of the full speed (E.13), > 0
   double object = 0;             ///< speed of a pushed object, and of the robot where it touches the object [m/s], > 0 (E.13)
   double unled = 1;              ///< share of `object` at which pushes need no lead, in (0, 1] (E.13)
   Eigen::VectorXd push;          ///< joint speeds where regrasps leave and reach contact (n_a) [rad/s or m/s], > 0 (E.13)

@@ -18,7 +18,7 @@ namespace {
 using planning::SegmentKind;
 using world::Model;
 
-/// Time between knots where the speed changes, at the full timing [s].
+/// Time between knots where the speed changes, at the full speed [s].
 constexpr double kPart = 0.02;
 constexpr int kMostParts = 100;
 

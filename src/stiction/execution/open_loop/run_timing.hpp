@@ -19,7 +19,7 @@ Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan
                            double pause = 0);
 
 /// Times a plan at the speeds that follow from the object of its goal and from the motors, with the lead. For robots that have no feedback from the object.
-/// @param speed  factor of the full timing, > 0; above 1 it applies to pushes only
+/// @param speed  factor of the full speed, > 0; above 1 it applies to pushes only
 Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, double speed = kOpenLoopSpeed, double pause = 0);
 
 /// Configuration at which the execution of a plan begins: the end of its settling (n_q).

@@ -31,7 +31,7 @@ struct Trajectory {
   /// Per knot: knot of the plan whose sub-step ends here or is under way, counted from the start of the plan, which is 0.
   Eigen::VectorXi knots;
   std::vector<Piece> pieces;
-  double speed = 1;  ///< factor of the full timing (E.13)
+  double speed = 1;  ///< factor of the full speed (E.13)
   double duration() const { return times.size() == 0 ? 0.0 : times[times.size() - 1]; }
 };
 

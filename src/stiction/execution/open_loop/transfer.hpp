@@ -18,7 +18,7 @@ namespace stiction::execution {
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
 struct TransferOptions {
-  double speed = kOpenLoopSpeed;       ///< factor of the full timing (E.13), > 0; above 1 it applies to pushes only
+  double speed = kOpenLoopSpeed;       ///< factor of the full speed (E.13), > 0; above 1 it applies to pushes only
   double pause = 0;                    ///< time for which commands rest between pieces [s], ≥ 0
   std::optional<SpeedLimits> uniform;  ///< replaces `speed` and `pause` by the published limits, the same for every object and robot
   /// Displacement of the objects from their planned start, in their tangent (n_vu) [m, rad]. Objects that then overlap are moved apart (part_start).
