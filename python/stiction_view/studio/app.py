@@ -84,6 +84,7 @@ class Studio:
 
     def _tick(self) -> None:
         now = time.monotonic()
+        self.stage.cameras.welcome()
         self.work.tick(now)
         self.posing.tick(now)
         self.planning.tick()
