@@ -119,6 +119,7 @@ def files_of_all_kinds(folder: Path) -> dict[str, Path]:
         "good.urdf": URDF.format(shape='<sphere radius="0.04"/>').encode(),
         "outside.urdf": URDF.format(shape='<mesh filename="../../etc/mesh.stl"/>').encode(),
         "broken.urdf": b"<robot><link",
+        "markup.urdf": URDF.format(shape='<mesh filename="../&lt;img src=y&gt;&lt;joint&gt; *a* ![b](c).stl"/>').encode(),
         "noise.stl": random.Random(0).randbytes(500),
         "scene.zip": b"PK\x03\x04" + bytes(100),
         "hidden.urdf": b"PK\x03\x04" + bytes(100),
@@ -141,6 +142,7 @@ def test_files_are_refused_with_a_message_and_a_good_robot_is_drawn(window: Wind
         "large.stl": r"large.stl: got 200 MB, expected at most 20 MB",
         "outside.urdf": r"outside.urdf: mesh: got '../../etc/mesh.stl', expected a path below the file",
         "broken.urdf": r"broken.urdf: no XML",
+        "markup.urdf": r"markup.urdf: mesh: got '../<img src=y><joint> \*a\* !\[b\]\(c\).stl', expected a path below the file",
         "good.urdf": r"good.urdf: taken",
     }.items():
         window.browser.choose_file(files[name])

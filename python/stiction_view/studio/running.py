@@ -15,6 +15,7 @@ from .posing import Posing
 from .scenario import Played, chosen_frames
 from .showing import Showing
 from .stage import Stage
+from .texts import plain
 from .work import Work
 
 LONGEST = 3600.0  # [s] of one run, by the clock of the plant and by that on the wall
@@ -51,10 +52,10 @@ class Ended:
         if self.force.max() > 0:
             rows.append(f"pulled with up to {self.force.max():.3g} N")
         if causes:
-            rows.append(f"planned because of: {'; '.join(causes)}")
+            rows.append(f"planned because of: {plain('; '.join(causes))}")
         for run in self.runs[-1:]:
             if run.end not in (st.RunEnd.Reached, st.RunEnd.Cancelled):
-                rows.append(f"⚠ {run.message}")
+                rows.append(f"⚠ {plain(run.message)}")
         return "  \n".join(rows)
 
 
