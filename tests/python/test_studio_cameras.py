@@ -141,6 +141,29 @@ def test_who_comes_while_the_scene_changes_has_the_view_of_the_scene(pages: tupl
     assert page.has["position"] == (0.0, 4.0, 0.0), "once"
 
 
+def test_view_fits_a_narrow_picture_until_somebody_turns_it(pages: tuple[Cameras, dict[int, Any]]) -> None:
+    cameras, there = pages
+    side = np.array([0.0, 0.0, 0.9])
+    wide = View(LARGE.position, LARGE.look_at, LARGE.up, LARGE.fov, LARGE.radius, LARGE.label, width=1.0)
+    cameras.aim(wide)
+    page = come(cameras, there)
+    assert page.looks_as(wide) and cameras.lost(side) == []
+    page.camera._state.image_width = 250  # by 500
+    cameras.welcome()
+    page.draw()
+    assert page.looks_as(wide.for_picture(0.5)) and np.linalg.norm(page.has["position"]) == pytest.approx(8.0)
+    assert cameras.lost(side) == []
+    page.has["position"] = (6.0, 1.0, 0.0)
+    page.tell()
+    cameras.welcome()
+    page.draw()
+    assert page.has["position"] == (6.0, 1.0, 0.0)
+    page.camera._state.image_width = 250
+    cameras.aim(wide)
+    page.draw()
+    assert page.looks_as(wide.for_picture(0.5)), "the next one fits at once"
+
+
 def test_page_without_height_is_no_fault(pages: tuple[Cameras, dict[int, Any]]) -> None:
     cameras, there = pages
     cameras.aim(SMALL)

@@ -102,5 +102,9 @@ def check(result: Result) -> str:
     report = st.check_plan(result.plan)
     if report.pass_:
         return "**check** passed"
-    worst = [f"{i.name} {i.value:.3g} of {i.limit:.3g} {i.unit}" for i in report.items if not i.pass_ and i.limit is not None]
+    worst = [
+        "the search ended without a solution" if i.name == "status" else f"{i.name} {i.value:.3g} of {i.limit:.3g} {i.unit}".rstrip()
+        for i in report.items
+        if not i.pass_ and i.limit is not None
+    ]
     return "**check** failed: " + plain(", ".join(worst or [report.status.name]))

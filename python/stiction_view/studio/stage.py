@@ -362,7 +362,9 @@ class Stage:
                 at = drawing.view.label + 0.12 * drawing.view.radius * np.array(drawing.view.up)
                 self._titles.append(self.server.scene.add_label(f"{SHOW_ROOTS[k]}/title", motion.title, position=tuple(at), anchor="bottom-center", font_screen_scale=1.2))
         if view is not None:
-            wide = View(view.position + step / 2 + 0.75 * (view.position - view.look_at), view.look_at + step / 2, view.up, view.fov, 2 * view.radius, view.label)
+            away = view.position - view.look_at
+            width = (APART * view.radius / (np.linalg.norm(away) * np.tan(view.fov / 2)) + view.width) / 1.75
+            wide = View(view.position + step / 2 + 0.75 * away, view.look_at + step / 2, view.up, view.fov, 2 * view.radius, view.label, float(width))
         else:
             wide = self.shown[0].view
         if self.beside != len(motions):
