@@ -213,7 +213,7 @@ def test_scenarios_are_played(driven: Driven, name: str, words: str) -> None:
     driven.until(lambda: studio.showing.played is not None and words in panel.playback.line.content)
     assert any(len(c) > 0 for c in studio.showing.played.drawn.contacts), "forces are drawn"
     driven.press("plan")
-    assert driven.said[-1] == "plan: a scenario is shown; open a task"
+    assert driven.said[-1] == "plan: no task is open; open one"
     panel.head.pick.value = "planar_hand"
     driven.until(lambda: studio.posing.problem is not None and "Lint" in panel.pose.faults.content)
 

@@ -98,6 +98,17 @@ def test_list_says_where_the_start_is_after_undo_and_for_another_object(driven: 
     assert driven.said == []
 
 
+def test_scene_that_cannot_be_read_leaves_no_task_and_no_advice_on_objects(tmp_path: Path) -> None:
+    (tmp_path / "kitchen.xml").write_text('<mujoco><include file="gone.xml"/></mujoco>')
+    entries, first = catalog.find(str(tmp_path / "kitchen.xml"))
+    with serving("127.0.0.1", 0) as server:
+        driven = Driven(Studio(server, entries, first, tmp_path))
+        message = driven.panel.head.message
+        assert "gone.xml" in message.content and "Own" not in message.content
+        driven.press("plan")
+        assert driven.said == ["plan: no task is open; open one"]
+
+
 def test_keyframes_are_told_apart_from_the_start_as_given(scene: Path, driven: Driven) -> None:
     scene.write_text(SCENE.replace('name="near"', 'name="as given"'))
     driven.press("pick")

@@ -197,7 +197,8 @@ class Problem:
         try:
             task = st.import_scene(mjcf, out=to, object=goal_of)
         except st.InvalidInput as error:
-            raise ValueError(f"{str(error).replace(str(mjcf), str(file))}. A robot without objects is opened under 'Own', where it gets one") from None
+            message = str(error).replace(str(mjcf), str(file))
+            raise ValueError(message + (". A robot without objects is opened under 'Own', where it gets one" if "without an object" in message else "")) from None
         made = Problem(task, {"base": to.name, "name": file.stem}, folder, to.name, file.resolve(), notes)
         made.keyframes = st.list_keyframes(mjcf)
         made.goal_of = goal_of

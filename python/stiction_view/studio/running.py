@@ -121,7 +121,7 @@ class Running:
         """The plan that is shown, or else the task that is posed. Raises ValueError: there is none, or another job runs."""
         problem, pictures = self._posing.problem, self._posing.pictures
         if problem is None or pictures is None:
-            raise ValueError("run: a scenario is shown; open a task")
+            raise ValueError("run: no task is open; open one")
         self._work.must_be_free("Running live")
         result = self._showing.result if self._stage.shown and self._showing.played is None else None
         plan, options, seed = (None, dict(problem.options), problem.seed) if result is None else (result.plan, result.plan.options, result.plan.seed)
