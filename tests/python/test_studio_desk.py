@@ -203,7 +203,7 @@ def test_problem_is_reported_with_and_without_a_plan(driven: Driven, monkeypatch
     panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
     driven.until(lambda: studio.showing.played is not None)
     driven.press("report", None)
-    assert "open a task" in driven.said[-1]
+    assert "no task is open" in driven.said[-1]
 
 
 @pytest.mark.parametrize(("name", "words"), [("panda_wrist", "N, leaves"), ("box_in_the_way", "** of 15")])
