@@ -113,6 +113,18 @@ def test_plan_that_is_not_solved_says_so_in_words(driven: Driven) -> None:
     assert driven.said == []
 
 
+def test_motion_that_is_over_plays_again_from_its_start(driven: Driven) -> None:
+    studio, playback = driven.studio, driven.panel.playback
+    driven.plan()
+    last = int(playback.frame.max)
+    playback.frame.value = last
+    driven.until(lambda: not playback.play.value)
+    assert studio.showing.knot == last
+    playback.play.value = True
+    driven.until(lambda: 0 < studio.showing.knot < last)
+    assert playback.play.value and driven.said == []
+
+
 def test_goal_far_away_and_the_start_show_in_a_narrow_picture(driven: Driven) -> None:
     problem, pictures = driven.studio.posing.problem, driven.studio.posing.pictures
     start = goal_of(problem).p
