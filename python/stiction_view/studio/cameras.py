@@ -66,11 +66,6 @@ class Cameras:
         self._sent: dict[int, Aim] = {}  # the last, by client
         self._count = 0
 
-    @property
-    def view(self) -> View | None:
-        """That was sent last; who comes has it."""
-        return None if self._first is None else self._first.whole
-
     def welcome(self) -> None:
         """Aims the cameras of those who came since the last call: a page that comes back, or came while the view changed, has the one before.
 
