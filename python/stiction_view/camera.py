@@ -24,6 +24,13 @@ class View:
     fov: float
     radius: float  # of what matters [m]
     label: np.ndarray  # above everything, in the picture
+    width: float = 0.0  # by its height, of the narrowest picture in which everything shows
+
+    def for_picture(self, width: float) -> View:
+        """From as far away as a picture of that width by its height needs."""
+        if not 0 < width < self.width:
+            return self
+        return dataclasses.replace(self, position=self.look_at + self.width / width * (self.position - self.look_at))
 
     def aside(self, share: float) -> View:
         """What is looked at is that share of half the height to the right of the middle."""
@@ -105,7 +112,8 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray, also: Ite
     distance = max(vertical.max(), horizontal.max())
     radius = float(np.linalg.norm(offset, axis=1).max())
     label = centre + 1.08 * (offset @ above).max() * above
-    return View(centre + distance * direction, centre, up, fov, radius, label)
+    width = float((np.abs(offset @ right) / (distance - depth)).max() / np.tan(fov / 2))
+    return View(centre + distance * direction, centre, up, fov, radius, label, width)
 
 
 def _cell(points: np.ndarray) -> float:

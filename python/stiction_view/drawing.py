@@ -29,17 +29,22 @@ def light(scene: viser.SceneApi, *, shadows: bool = True) -> None:
     scene.configure_default_lights(True, cast_shadow=shadows)
 
 
-def look(camera: viser.InitialCameraConfig | viser.CameraHandle, view: View) -> None:
-    """Puts a camera where the view is: that of everybody who comes, or of one who is there."""
+def far_end(view: View) -> float:
+    """Behind which nothing is drawn [m]."""
+    return float(300 * view.radius)
+
+
+def look(camera: viser.InitialCameraConfig | viser.CameraHandle, view: View, far: float | None = None) -> None:
+    """Puts a camera where the view is: that of everybody who comes, or of one who is there. None: to the far end of the view."""
     if isinstance(camera, viser.CameraHandle):
         camera.up_direction = tuple(view.up)
     else:
         camera.up = tuple(view.up)
     camera.fov = view.fov
     camera.near = float(0.01 * view.radius)
-    camera.far = float(300 * view.radius)
     camera.position = tuple(view.position)  # takes along what is looked at
     camera.look_at = tuple(view.look_at)
+    camera.far = far_end(view) if far is None else far  # last: a page that tells it has the rest
 
 
 def add_ghost(scene: viser.SceneApi, name: str, part: BodyMesh, *, grown: float, color: Color, opacity: float) -> viser.MeshHandle:

@@ -89,6 +89,11 @@ COORDINATES = {
 }
 
 
+def _status(data: dict) -> str:
+    """As the file has it; a task that is shown before it is planned is no search that came to nothing."""
+    return "not planned" if data["status"] == "MaxIterations" and data["statistics"]["iterations"] == 0 else str(data["status"])
+
+
 def _region(region: dict, joints: list[str]) -> list[str]:
     """The bounds of a goal region in words, those that are there."""
     names = [name for joint in joints for name in COORDINATES[joint]]
@@ -210,7 +215,7 @@ def read_plan_object(data: dict[str, Any]) -> Plan:
 
     return Plan(
         task=str(data["task"]["name"]),
-        status=str(data["status"]),
+        status=_status(data),
         seed=int(data["seed"]),
         error_position=float(data["error"]["position"]),
         error_angle=float(data["error"]["angle"]),

@@ -253,6 +253,7 @@ def test_view_of_a_task_shows_it_before_it_is_planned(tmp_path):
     done = run("view", task_file(tmp_path, "planar_hand"), "--html", page)
     assert done.returncode == 0, done.stderr
     assert page.stat().st_size > 10_000
+    assert "<td>status</td><td>not planned</td>" in page.read_text()
     assert not list(tmp_path.glob("*.json"))
     assert run("view", "planar_hnd").returncode == 2
 

@@ -28,7 +28,7 @@ sys.path.insert(0, str(PYTHON))
 import stiction as st  # noqa: E402
 
 from stiction_view.plan import rotation_matrices  # noqa: E402
-from stiction_view.studio import catalog, exporting, faults, form, problem, results, series, uploads  # noqa: E402
+from stiction_view.studio import catalog, exporting, faults, form, problem, results, series, texts, uploads  # noqa: E402
 from stiction_view.studio.growing import Trees, farthest_axis  # noqa: E402
 from stiction_view.studio.jobs import Job, Worker  # noqa: E402
 from stiction_view.studio.own_scene import ObjectSpec, make_spec  # noqa: E402
@@ -482,6 +482,32 @@ def test_catalog_has_tasks_and_scenarios_and_the_files_of_a_folder(tmp_path: Pat
     (tmp_path / "empty").mkdir()
     with pytest.raises(ValueError, match="without .yaml files"):
         catalog.find(str(tmp_path / "empty"))
+
+
+def test_files_that_are_named_like_a_built_in_task_or_each_other_are_told_apart(tmp_path: Path) -> None:
+    file = Path(__file__).resolve().parents[2] / "tasks" / "planar_hand.yaml"
+    entries, first = catalog.find(str(file))
+    assert first is not None and first.source == file and first.label == "planar_hand"
+    assert [e.label for e in entries if e.source == "planar_hand"] == ["planar_hand (built-in)"]
+    for name in ("one.yaml", "one.yml", "planar_pushing.yaml"):
+        (tmp_path / name).write_text(file.read_text())
+    own, _ = catalog.find(str(tmp_path))
+    assert [e.label for e in own[:3]] == ["one", "one.yml", "planar_pushing"]
+    for some in (entries, own):
+        assert len({e.label for e in some}) == len(some), "a list with two of the same leaves the page empty"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("", ""),
+        ("<joint> *a* ``b & \\", "\\<joint> \\*a\\* \\`\\`b \\& \\\\"),
+        ("![a](b) [c](d) [0, 0.25]", "!\\[a\\](b) [c\\](d) [0, 0.25]"),
+        ("`stiction import` of `<a>`", "`stiction import` of \\`\\<a>\\`"),
+    ],
+)
+def test_text_of_others_is_no_markup(text: str, shown: str) -> None:
+    assert texts.plain(text) == shown
 
 
 # ---- the port ----

@@ -23,13 +23,14 @@ from studio_driven import Driven  # noqa: E402
 
 from stiction_view.studio import catalog, planning  # noqa: E402
 from stiction_view.studio.app import Studio  # noqa: E402
+from stiction_view.studio.cameras import is_seen  # noqa: E402
 from stiction_view.studio.growing import Growing  # noqa: E402
 from stiction_view.studio.panel import NOTHING  # noqa: E402
 from stiction_view.studio.results import MAX_SAMPLES  # noqa: E402
 from stiction_view.studio.sense_live import Live  # noqa: E402
 from stiction_view.studio.server import serving  # noqa: E402
 from stiction_view.studio.showing import IN_MUJOCO  # noqa: E402
-from stiction_view.studio.stage import Grip  # noqa: E402
+from stiction_view.studio.stage import Grip, best_view, goal_of, plan_of  # noqa: E402
 
 
 @pytest.fixture
@@ -97,6 +98,41 @@ def test_tree_grows_while_it_plans_and_cancel_keeps_the_best_path(driven: Driven
     driven.until(lambda: studio.work.running is None)
     assert grown[0].parts == [] and studio.stage.posed is None and studio.stage.shown and studio.showing.result.plan.status == st.Status.Cancelled
     assert "cancelled, best path so far" in panel.head.message.content
+
+
+def test_plan_that_is_not_solved_says_so_in_words(driven: Driven) -> None:
+    studio, panel = driven.studio, driven.panel
+    studio.posing.problem.set_goal_numbers([30.0, -0.5, 0.0])
+    studio.posing.moved()
+    panel.search.budget.value = 1.0
+    driven.plan()
+    assert "**not solved in time, best path so far**" in panel.head.message.content
+    driven.press("check")
+    driven.until(lambda: "**check** failed: " in panel.head.message.content)
+    assert "the search ended without a solution" in panel.head.message.content and "status" not in panel.head.message.content
+    assert driven.said == []
+
+
+def test_motion_that_is_over_plays_again_from_its_start(driven: Driven) -> None:
+    studio, playback = driven.studio, driven.panel.playback
+    driven.plan()
+    last = int(playback.frame.max)
+    playback.frame.value = last
+    driven.until(lambda: not playback.play.value)
+    assert studio.showing.knot == last
+    playback.play.value = True
+    driven.until(lambda: 0 < studio.showing.knot < last)
+    assert playback.play.value and driven.said == []
+
+
+def test_goal_far_away_and_the_start_show_in_a_narrow_picture(driven: Driven) -> None:
+    problem, pictures = driven.studio.posing.problem, driven.studio.posing.pictures
+    start = goal_of(problem).p
+    problem.set_goal_numbers([30.0, -0.5, 0.0])
+    view = best_view(plan_of(problem, pictures), pictures)
+    for point in (start, goal_of(problem).p):
+        assert is_seen(view, 1.5, point) and not is_seen(view, 0.5, point) and is_seen(view.for_picture(0.5), 0.5, point)
+    assert view.for_picture(1.5) is view
 
 
 def test_what_runs_is_dropped_when_another_task_is_picked(driven: Driven) -> None:
@@ -179,7 +215,7 @@ def test_problem_is_reported_with_and_without_a_plan(driven: Driven, monkeypatch
     panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
     driven.until(lambda: studio.showing.played is not None)
     driven.press("report", None)
-    assert "open a task" in driven.said[-1]
+    assert "no task is open" in driven.said[-1]
 
 
 @pytest.mark.parametrize(("name", "words"), [("panda_wrist", "N, leaves"), ("box_in_the_way", "** of 15")])
@@ -189,7 +225,7 @@ def test_scenarios_are_played(driven: Driven, name: str, words: str) -> None:
     driven.until(lambda: studio.showing.played is not None and words in panel.playback.line.content)
     assert any(len(c) > 0 for c in studio.showing.played.drawn.contacts), "forces are drawn"
     driven.press("plan")
-    assert driven.said[-1] == "plan: a scenario is shown; open a task"
+    assert driven.said[-1] == "plan: no task is open; open one"
     panel.head.pick.value = "planar_hand"
     driven.until(lambda: studio.posing.problem is not None and "Lint" in panel.pose.faults.content)
 

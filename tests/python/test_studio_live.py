@@ -155,7 +155,7 @@ def test_run_is_refused_while_another_job_runs_and_without_a_task(driven: Driven
     driven.panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
     driven.until(lambda: studio.showing.played is not None)
     driven.press("run")
-    assert driven.said[-1] == "run: a scenario is shown; open a task"
+    assert driven.said[-1] == "run: no task is open; open one"
 
 
 def test_weight_is_what_a_pull_begins_with(driven: Driven) -> None:

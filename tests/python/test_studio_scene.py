@@ -81,6 +81,41 @@ def test_start_is_a_keyframe(driven: Driven) -> None:
     assert problem.in_file() and driven.said == []
 
 
+def test_list_says_where_the_start_is_after_undo_and_for_another_object(driven: Driven) -> None:
+    studio, pose = driven.studio, driven.panel.pose
+    pose.keyframe.value = "aside"
+    driven.until(lambda: studio.posing.problem.start_moved)
+    driven.press("undo")
+    driven.until(lambda: pose.keyframe.value == "as given")
+    assert studio.posing.problem.in_file()
+    pose.keyframe.value = "aside"
+    driven.until(lambda: abs(pose.joints[1].value + 0.3) < 1e-9)
+    pose.goal_of.value = "puck"
+    driven.until(lambda: studio.posing.problem.goal_object == 1)
+    assert pose.keyframe.value == "aside" and pose.joints[1].value == pytest.approx(-0.3)
+    pose.keyframe.value = "as given"
+    driven.until(lambda: abs(pose.joints[1].value) < 1e-9)
+    assert driven.said == []
+
+
+def test_scene_that_cannot_be_read_leaves_no_task_and_no_advice_on_objects(tmp_path: Path) -> None:
+    (tmp_path / "kitchen.xml").write_text('<mujoco><include file="gone.xml"/></mujoco>')
+    entries, first = catalog.find(str(tmp_path / "kitchen.xml"))
+    with serving("127.0.0.1", 0) as server:
+        driven = Driven(Studio(server, entries, first, tmp_path))
+        message = driven.panel.head.message
+        assert "gone.xml" in message.content and "Own" not in message.content
+        driven.press("plan")
+        assert driven.said == ["plan: no task is open; open one"]
+
+
+def test_keyframes_are_told_apart_from_the_start_as_given(scene: Path, driven: Driven) -> None:
+    scene.write_text(SCENE.replace('name="near"', 'name="as given"'))
+    driven.press("pick")
+    driven.studio.open(driven.studio.entries[0])
+    assert driven.panel.pose.keyframe.options == ("as given", "aside"), "a list with two of the same leaves the page empty"
+
+
 def test_another_object_gets_the_goal_and_keeps_the_start(driven: Driven) -> None:
     studio, pose = driven.studio, driven.panel.pose
     pose.keyframe.value = "aside"
@@ -187,7 +222,7 @@ def test_robot_alone_is_sent_to_where_it_gets_an_object(tmp_path: Path) -> None:
     assert first.kind == catalog.SCENE
     with serving("127.0.0.1", 0) as server:
         studio = Studio(server, entries, first, tmp_path)
-        assert "without an object" in studio.panel.head.message.content and "*Own*" in studio.panel.head.message.content
+        assert "without an object" in studio.panel.head.message.content and "'Own'" in studio.panel.head.message.content
         assert studio.posing.problem is None
 
 

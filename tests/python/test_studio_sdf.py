@@ -134,7 +134,7 @@ def test_robot_alone_is_named_by_its_sdf_and_sent_to_where_it_gets_an_object(ope
     text = MJCF[: MJCF.index('  <body name="drawer"')] + MJCF[MJCF.index("</worldbody>") :]
     monkeypatch.setattr(sdf, "make_mjcf", lambda source, target=None, package_dirs=(): (text.encode(), []))
     (said,) = opened(scene).said
-    assert said.startswith(f"{scene}: import: got a file without an object") and said.endswith("A robot without objects is opened under *Own*, where it gets one")
+    assert said.startswith(f"{scene}: import: got a file without an object") and said.endswith("A robot without objects is opened under 'Own', where it gets one")
 
 
 @pytest.mark.usefixtures("no_parser")

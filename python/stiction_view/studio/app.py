@@ -84,6 +84,7 @@ class Studio:
 
     def _tick(self) -> None:
         now = time.monotonic()
+        self.stage.cameras.welcome()
         self.work.tick(now)
         self.posing.tick(now)
         self.planning.tick()
@@ -106,7 +107,7 @@ class Studio:
         if name != POSE:
             return self.showing.show()
         if self.posing.problem is None:
-            raise ValueError("pose: a scenario is shown; open a task")
+            raise ValueError("pose: no task is open; open one")
         self.posing.show()
 
     def choose_seen(self) -> None:

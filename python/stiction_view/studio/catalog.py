@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import stiction as st
@@ -51,6 +52,19 @@ def in_folder(folder: Path) -> list[Entry]:
     return [entry_of(file) for file in sorted(folder.iterdir()) if file.suffix in SUFFIXES and file.is_file()]
 
 
+def told_apart(entries: Sequence[Entry]) -> list[Entry]:
+    """The same with a label for each of its own: a list with two of the same leaves the page empty."""
+    out: dict[str, Entry] = {}
+    for entry in entries:
+        label = entry.label
+        if label in out:
+            label = f"{label} (built-in)" if isinstance(entry.source, str) else entry.source.name
+        while label in out:
+            label += "'"
+        out[label] = replace(entry, label=label)
+    return list(out.values())
+
+
 def find(shown: str | None) -> tuple[list[Entry], Entry | None]:
     """Everything that can be picked, and what is shown first. Raises ValueError: there is no such thing."""
     entries = builtin()
@@ -61,12 +75,12 @@ def find(shown: str | None) -> tuple[list[Entry], Entry | None]:
         own = in_folder(path)
         if not own:
             raise ValueError(f"shown: got the folder '{shown}' without .yaml files, expected tasks or scenarios in it")
-        return own + entries, own[0]
+        return told_apart(own + entries), own[0]
     if path.suffix.lower() in SUFFIXES + SCENES or "/" in shown:
         if not path.is_file():
             raise ValueError(f"shown: got '{shown}', which does not exist, expected a task, a scenario, a scene (MJCF, URDF or SDF) or a folder of tasks")
         chosen = entry_of(path.resolve())
-        return [chosen, *entries], chosen
+        return told_apart([chosen, *entries]), chosen
     chosen = next((e for e in entries if e.source == shown), None)
     if chosen is None:
         raise ValueError(f"shown: got '{shown}', expected a file, a folder, or one of {', '.join(str(e.source) for e in entries)}")

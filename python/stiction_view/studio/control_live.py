@@ -15,6 +15,7 @@ from ..drawing import Drawing
 from .live import Hand, Pull
 from .picture import Pictures
 from .stage import HAND
+from .texts import plain
 
 LONGEST_ARROW = 3.0  # times the bound
 
@@ -112,7 +113,7 @@ class ControlLive:
                 arrows.visible = bool(some)
         error = f"{1e3 * sample.error:.1f} {'mm' if self.scenario.tool is not None else 'mrad'} behind"
         force = f"**{sample.largest_force:.1f} N** of {self.scenario.lambda_max:g}{', at its bound' if sample.bounded else ''}" if contacts else "nothing touches"
-        self.words.content = f"t = {sample.time:.2f} s: {force}, {error}" + (f"  \n⚠ {self.message}" if self.message else "")
+        self.words.content = f"t = {sample.time:.2f} s: {force}, {error}" + (f"  \n⚠ {plain(self.message)}" if self.message else "")
 
     def remove(self) -> None:
         """From the page, with its thread."""

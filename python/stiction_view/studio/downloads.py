@@ -42,7 +42,7 @@ class Downloads:
         elif problem is not None:
             task, plan, seed = problem.task().with_(options=problem.options), None, problem.seed
         else:
-            raise ValueError("report: a scenario is shown; open a task, or use `stiction report`")
+            raise ValueError("report: no task is open; open one, or use `stiction report`")
         budget, receiver = float(self._search.budget.value), client or self._server
 
         def done(job: Job) -> None:

@@ -8,6 +8,7 @@ from . import form
 from .desk import MISTAKES
 from .panel import OptionControls
 from .problem import Problem
+from .texts import plain
 
 
 class Options:
@@ -33,7 +34,7 @@ class Options:
             values = {name: field.read(handle.value) for name, (field, handle) in controls.fields.items()}
             problem.options = form.changed(problem.given.options, values)
         except MISTAKES as error:
-            controls.say(f"**⚠ {error}**")
+            controls.say(f"**⚠ {plain(str(error))}**")
             return
         changed = ", ".join(f"`{name}`" for name in problem.options)
         controls.say(f"changed: {changed}" if changed else "")

@@ -10,6 +10,7 @@ from stiction.sdf import check_drake
 from .own_scene import SHAPES, ObjectSpec, make_spec
 from .panel import NOTHING, HeadControls, OwnControls, set_choices
 from .problem import Problem, converted
+from .texts import plain
 from .uploads import Uploads, is_sdf
 
 
@@ -26,7 +27,7 @@ class OwnFiles:
         if is_sdf(name):
             check_drake(name)
         self._uploads.add(name, content)
-        self._head.say(f"{name}: taken")
+        self._head.say(plain(f"{name}: taken"))
         self._list(name)
 
     def _list(self, newest: str) -> None:
@@ -35,7 +36,7 @@ class OwnFiles:
         lines = []
         for name in uploads.contents:
             missing = uploads.missing(name) if name in robots else []
-            lines.append(f"- {name}" + (f", waits for {', '.join(missing)}" if missing else ""))
+            lines.append("- " + plain(name + (f", waits for {', '.join(missing)}" if missing else "")))
         controls.uploaded.content = "\n".join(lines) or "No files yet."
         chosen = newest if newest in robots else controls.robot.value
         set_choices(controls.robot, robots or [NOTHING], chosen if chosen in robots else (robots or [NOTHING])[0])
@@ -59,4 +60,4 @@ class OwnFiles:
         thing = ObjectSpec(kind if file is None else "mesh", sizes, file, float(controls.scale.value), float(controls.mass.value), float(controls.friction.value))
         spec = make_spec(robot, thing, floor=bool(controls.floor.value))
         self._take(Problem.of_dict(spec, self._uploads.folder, notes))
-        self._head.say(f"{robot.name} on a floor: pose it, then plan" if controls.floor.value else f"{robot.name}: pose it, then plan")
+        self._head.say(plain(f"{robot.name} on a floor: pose it, then plan" if controls.floor.value else f"{robot.name}: pose it, then plan"))

@@ -11,6 +11,7 @@ import viser
 from .exporting import CHOICES
 from .form import Field
 from .own_scene import SHAPES
+from .texts import plain
 
 Post = Callable[[Callable[[], None]], None]
 NOTHING = "nothing"
@@ -45,8 +46,9 @@ class Handlers:
 
 
 def set_choices(handle: viser.GuiDropdownHandle[str], choices: Sequence[str], value: str) -> None:
-    if tuple(handle.options) != tuple(choices):
-        handle.options = tuple(choices)
+    distinct = tuple(dict.fromkeys(choices))  # the page cannot draw two of the same
+    if tuple(handle.options) != distinct:
+        handle.options = distinct
     if handle.value != value:
         handle.value = value
 
@@ -65,14 +67,14 @@ class HeadControls:
         self.message = gui.add_markdown("", visible=False)
 
     def describe(self, text: str, notes: Sequence[str] = ()) -> None:
-        """What is open, and what its reader has to say of it."""
+        """What is open, in markdown, and what its reader has to say of it, in plain text."""
         self.about.content = text
-        self.notes.content = "\n".join(f"- {note}" for note in notes)
+        self.notes.content = "\n".join(f"- {plain(note)}" for note in notes)
         self.notes_folder.visible = bool(notes)
 
     def say(self, text: str, fault: bool = False) -> None:
-        """Empty: no message."""
-        self.message.content = (f"**⚠ {text}**" if fault else text) if text else ""
+        """In markdown, but a fault in plain text. Empty: no message."""
+        self.message.content = (f"**⚠ {plain(text)}**" if fault else text) if text else ""
         self.message.visible = bool(text)
 
 
@@ -99,7 +101,7 @@ class SearchControls:
 
     def show_progress(self, fraction: float, text: str) -> None:
         self.progress.value = 100 * min(1.0, fraction)
-        self.progress_text.content = text
+        self.progress_text.content = plain(text)
 
 
 class RunControls:

@@ -53,7 +53,7 @@ class Planning:
         """Raises ValueError: there is no task, or another job runs."""
         problem, pictures = self._posing.problem, self._posing.pictures
         if problem is None or pictures is None:
-            raise ValueError("plan: a scenario is shown; open a task")
+            raise ValueError("plan: no task is open; open one")
         self._work.must_be_free("Planning")
         task, options, seed = problem.task(), dict(problem.options), problem.seed
         budget, refine = self.budget, bool(self._controls.refine.value)

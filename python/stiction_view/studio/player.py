@@ -14,6 +14,7 @@ class Player:
         self._words_at: Callable[[int], str] = lambda knot: ""
         self._knot = -1  # that is shown
         self._next = 0.0  # when the next one is due
+        self._played = False  # at the last tick
 
     @property
     def knot(self) -> int:
@@ -40,10 +41,13 @@ class Player:
             return
         controls = self._controls
         last = int(controls.frame.max)
-        if controls.play.value and now >= self._next:
+        played, self._played = self._played, bool(controls.play.value)
+        if self._played and not played and self._knot >= last:  # somebody wants to see it again
+            controls.frame.value = 0
+        elif self._played and now >= self._next:
             self._next = now + 1 / float(controls.speed.value)
             if self._knot >= last:
-                controls.play.value = False
+                controls.play.value = self._played = False
             elif self._knot == int(controls.frame.value):
                 controls.frame.value = self._knot + 1
         knot = min(int(controls.frame.value), last)

@@ -14,6 +14,7 @@ from .panel import AS_GIVEN, NOTHING, PoseControls, Post, set_choices
 from .picture import Pictures
 from .problem import Problem, Snapshot, chain, names_of, numbers_of, ranges_of
 from .stage import Grip, Stage
+from .texts import plain
 
 SETTLED = 0.3  # [s] after the last change faults are looked for
 STEP = 0.005  # [m] of the arrows beside a number
@@ -47,7 +48,6 @@ class Posing:
         self._moved_since = False  # since then
         self._rested = False  # faults were looked for, and something is another now
         self._gripped = NOTHING  # what the handle moves
-        self._at_keyframe = AS_GIVEN  # where the start was put last
         self._handles: dict[str, list[Grip]] = {}  # of the task, by their names
         self._dragged: dict[Grip, tuple[st.Pose, bool]] = {}  # the last pose of each handle that was not taken yet, and whether it was let go
         self._undo: list[Snapshot] = []  # the last is the newest
@@ -64,7 +64,7 @@ class Posing:
 
     def open(self, problem: Problem, pictures: Pictures) -> None:
         """Another task; show() draws it."""
-        self._problem, self._pictures, self._at_keyframe = problem, pictures, AS_GIVEN
+        self._problem, self._pictures = problem, pictures
         controls, model, index = self._controls, problem.model, problem.goal_object
         self._undo, self._changing = [], ""
         controls.fill_goal(problem.goal_names(), problem.goal_numbers(), STEP, [r for i in problem.goal_parts() for r in ranges_of(model, i)])
@@ -76,7 +76,7 @@ class Posing:
         self._handles = handles_of(problem)
         set_choices(controls.handle, [NOTHING, *self._handles], next(iter(self._handles), NOTHING))
         controls.undo.disabled = True
-        set_choices(controls.keyframe, [AS_GIVEN, *problem.keyframes], AS_GIVEN)
+        set_choices(controls.keyframe, [AS_GIVEN, *problem.keyframes], problem.keyframe or AS_GIVEN)
         set_choices(controls.goal_of, [model.object_names[i] for i in problem.movable()] or [NOTHING], model.object_names[index])
         controls.keyframe.visible = bool(problem.keyframes)
         controls.goal_of.visible = len(problem.movable()) > 1
@@ -140,7 +140,7 @@ class Posing:
             return
         found = faults.find(problem, pictures)
         self._stage.mark(found)
-        self._controls.faults.content = "\n".join(f"- ⚠ {fault.message}" for fault in found) or "Lint finds no fault in this start and goal."
+        self._controls.faults.content = "\n".join(f"- ⚠ {plain(fault.message)}" for fault in found) or "Lint finds no fault in this start and goal."
 
     def _follow_goal(self) -> None:
         if self._problem is not None and self._pictures is not None:
@@ -211,7 +211,7 @@ class Posing:
         far = ""
         if placed is not None and placed.status == st.Status.MaxIterations:
             far = f"out of reach: {1e3 * placed.position:.0f} mm and {placed.angle:.2f} rad short  \n"
-        line.content = f"{far}joints: {', '.join(joints)}"
+        line.content = f"{far}joints: {plain(', '.join(joints))}"
 
     # ---- back again ----
 
@@ -230,9 +230,14 @@ class Posing:
         self._problem.restore(self._undo.pop())
         self._changing = ""
         self._controls.undo.disabled = not self._undo
-        self._controls.any_turn.value = self._problem.any_turn
+        self._show_choices(self._problem)
         self.moved()
         self._follow_goal()
+
+    def _show_choices(self, problem: Problem) -> None:
+        controls = self._controls
+        controls.any_turn.value = problem.any_turn
+        set_choices(controls.keyframe, controls.keyframe.options, problem.keyframe or AS_GIVEN)
 
     # ---- numbers ----
 
@@ -268,10 +273,9 @@ class Posing:
     def choose_keyframe(self) -> None:
         """Raises stiction.InvalidInput."""
         problem, chosen = self._problem, self._controls.keyframe.value
-        if problem is None or chosen == self._at_keyframe:
+        if problem is None or chosen == (problem.keyframe or AS_GIVEN):
             return
         self._remember(f"keyframe {chosen}")
-        self._at_keyframe = chosen
         if chosen == AS_GIVEN:
             problem.start_as_given()
         else:
@@ -295,7 +299,6 @@ class Posing:
         if self._problem is not None:
             self._remember("reset")
             self._problem.reset()
-            self._controls.any_turn.value = self._problem.any_turn
-            self._controls.keyframe.value = self._at_keyframe = AS_GIVEN
+            self._show_choices(self._problem)
             self.moved()
             self._follow_goal()

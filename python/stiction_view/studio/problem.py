@@ -15,6 +15,7 @@ from stiction.sdf import convert_sdf, is_sdf
 
 from ..bodies import slug
 from .picture import quaternions
+from .texts import plain
 
 
 def rpy(R: np.ndarray) -> np.ndarray:
@@ -148,6 +149,7 @@ class Snapshot:
     start_moved: bool
     moved_goals: frozenset[int]
     any_turn: bool
+    keyframe: str
 
 
 def converted(sdf: Path, folder: Path) -> tuple[Path, list[str]]:
@@ -165,7 +167,7 @@ class Problem:
     def __init__(self, task: st.Task, spec: dict[str, Any], folder: Path, name: str, scene: Path | None = None, notes: Sequence[str] = ()):
         self.given, self.spec, self.folder, self.name, self.scene = task, spec, folder, name, scene
         self.model: st.Model = task.model
-        self.about = task.description
+        self.about = plain(task.description)  # in markdown
         self.keyframes: list[str] = []  # of a scene
         self.notes = [*notes, *self.model.notes]
         self.goal_of = ""  # object of the goal of a scene; empty: the first one
@@ -195,12 +197,13 @@ class Problem:
         try:
             task = st.import_scene(mjcf, out=to, object=goal_of)
         except st.InvalidInput as error:
-            raise ValueError(f"{str(error).replace(str(mjcf), str(file))}. A robot without objects is opened under *Own*, where it gets one") from None
+            message = str(error).replace(str(mjcf), str(file))
+            raise ValueError(message + (". A robot without objects is opened under 'Own', where it gets one" if "without an object" in message else "")) from None
         made = Problem(task, {"base": to.name, "name": file.stem}, folder, to.name, file.resolve(), notes)
         made.keyframes = st.list_keyframes(mjcf)
         made.goal_of = goal_of
         found = [line.removeprefix("# ") for line in to.read_text(encoding="utf-8").splitlines() if line.startswith("# ")]
-        made.about = f"**Found in {file.name}**  \n" + "  \n".join(found)
+        made.about = f"**Found in {plain(file.name)}**  \n" + plain("  \n".join(found))
         return made
 
     def with_goal_of(self, index: int) -> Problem:
@@ -209,7 +212,7 @@ class Problem:
         made = Problem.of_scene(self.scene, self.folder, self.model.object_names[index])
         made.seed, made.options = self.seed, dict(self.options)
         if self.start_moved:
-            made.start, made.start_moved = self.start.copy(), True
+            made.start, made.start_moved, made.keyframe = self.start.copy(), True, self.keyframe
             made.goal[made.model.n_qu :] = made.start[made.model.n_qu :]
         return made
 
@@ -218,6 +221,7 @@ class Problem:
         self.start = np.array(self.given.q_start)
         self.goal = np.concatenate([self.given.q_goal, self.start[self.model.n_qu :]])
         self.start_moved = False
+        self.keyframe = ""  # where the start was put last; empty: where it is given
         self.moved_goals: set[int] = set()  # objects whose goals are other than the task's
         self.any_turn = self.given_any_turn()
         self.options: dict[str, Any] = {}
@@ -225,11 +229,11 @@ class Problem:
     # ---- changes ----
 
     def snapshot(self) -> Snapshot:
-        return Snapshot(self.start.copy(), self.goal.copy(), self.start_moved, frozenset(self.moved_goals), self.any_turn)
+        return Snapshot(self.start.copy(), self.goal.copy(), self.start_moved, frozenset(self.moved_goals), self.any_turn, self.keyframe)
 
     def restore(self, was: Snapshot) -> None:
         self.start, self.goal = was.start.copy(), was.goal.copy()
-        self.start_moved, self.moved_goals, self.any_turn = was.start_moved, set(was.moved_goals), was.any_turn
+        self.start_moved, self.moved_goals, self.any_turn, self.keyframe = was.start_moved, set(was.moved_goals), was.any_turn, was.keyframe
 
     @property
     def goal_moved(self) -> bool:
@@ -266,12 +270,12 @@ class Problem:
         return [i for i, name in enumerate(names) if not any(name.startswith(f"{other}.") for other in names)]
 
     def start_as_given(self) -> None:
-        self.start, self.start_moved = np.array(self.given.q_start), False
+        self.start, self.start_moved, self.keyframe = np.array(self.given.q_start), False, ""
 
     def start_at(self, keyframe: str) -> None:
         """Joints and objects as a keyframe has them. Raises stiction.InvalidInput."""
         at = st.Task({**self.spec, "start": {"keyframe": keyframe}}, base=self.folder)
-        self.start, self.start_moved = np.array(at.q_start), True
+        self.start, self.start_moved, self.keyframe = np.array(at.q_start), True, keyframe
 
     def joint_range(self, joint: int) -> tuple[float, float]:
         """Limits of a joint; half a turn, or the reach, each way where there are none."""

@@ -11,6 +11,7 @@ import stiction as st
 from ..plan import Plan, read_plan_object
 from .picture import Pictures
 from .series import Series, make_series
+from .texts import plain
 
 MAX_SAMPLES = 600  # of a run that are drawn
 
@@ -55,7 +56,7 @@ class Result:
         """How it ended, in markdown."""
         plan, error, goal = self.plan, self.plan.error, self.plan.task.goal
         off = f"{1e3 * error.position:.1f} mm of {1e3 * goal.tol_position:.3g} off the goal, {error.angle:.3f} rad of {goal.tol_angle:.3g}"
-        return f"**{ENDED.get(plan.status, plan.status.name)}** in {self.seconds:.1f} s, {off}" + (f"  \n{self.reason}" if self.reason else "")
+        return f"**{ENDED.get(plan.status, plan.status.name)}** in {self.seconds:.1f} s, {off}" + (f"  \n{plain(self.reason)}" if self.reason else "")
 
     def words(self) -> str:
         """Its figures, in markdown."""
@@ -92,7 +93,7 @@ def make_run(result: Result, timeout_s: float) -> Run:
     end = "reaches the goal" if out.reached else "drops the object" if out.dropped is not None else "misses the goal"
     words = f"**in MuJoCo**, open loop, it {end}: {1e3 * out.error.position:.1f} mm, {out.error.angle:.3f} rad off after {out.duration_s:.1f} s"
     if out.status != st.Status.Solved:
-        words += f" ({out.message or 'time used up'})"
+        words += f" ({plain(out.message or 'time used up')})"
     return Run(out.times[chosen], planned, simulated, words)
 
 
@@ -101,5 +102,9 @@ def check(result: Result) -> str:
     report = st.check_plan(result.plan)
     if report.pass_:
         return "**check** passed"
-    worst = [f"{i.name} {i.value:.3g} of {i.limit:.3g} {i.unit}" for i in report.items if not i.pass_ and i.limit is not None]
-    return "**check** failed: " + ", ".join(worst or [report.status.name])
+    worst = [
+        "the search ended without a solution" if i.name == "status" else f"{i.name} {i.value:.3g} of {i.limit:.3g} {i.unit}".rstrip()
+        for i in report.items
+        if not i.pass_ and i.limit is not None
+    ]
+    return "**check** failed: " + plain(", ".join(worst or [report.status.name]))

@@ -15,6 +15,7 @@ from .posing import Posing
 from .scenario import Played, chosen_frames
 from .showing import Showing
 from .stage import Stage
+from .texts import plain
 from .work import Work
 
 LONGEST = 3600.0  # [s] of one run, by the clock of the plant and by that on the wall
@@ -51,10 +52,10 @@ class Ended:
         if self.force.max() > 0:
             rows.append(f"pulled with up to {self.force.max():.3g} N")
         if causes:
-            rows.append(f"planned because of: {'; '.join(causes)}")
+            rows.append(f"planned because of: {plain('; '.join(causes))}")
         for run in self.runs[-1:]:
             if run.end not in (st.RunEnd.Reached, st.RunEnd.Cancelled):
-                rows.append(f"⚠ {run.message}")
+                rows.append(f"⚠ {plain(run.message)}")
         return "  \n".join(rows)
 
 
@@ -120,7 +121,7 @@ class Running:
         """The plan that is shown, or else the task that is posed. Raises ValueError: there is none, or another job runs."""
         problem, pictures = self._posing.problem, self._posing.pictures
         if problem is None or pictures is None:
-            raise ValueError("run: a scenario is shown; open a task")
+            raise ValueError("run: no task is open; open one")
         self._work.must_be_free("Running live")
         result = self._showing.result if self._stage.shown and self._showing.played is None else None
         plan, options, seed = (None, dict(problem.options), problem.seed) if result is None else (result.plan, result.plan.options, result.plan.seed)

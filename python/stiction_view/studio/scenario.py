@@ -10,6 +10,7 @@ import stiction as st
 
 from ..plan import Contact, Plan
 from .picture import Pictures
+from .texts import plain
 
 MAX_FRAMES = 600
 VERDICTS = {
@@ -61,11 +62,11 @@ def play_sense(source: str | Path) -> Played:
         rows = [f"**{VERDICTS[moments[k].verdict]}** ({len(explaining)} of {len(moments[k].candidates)} places do)"]
         for number, c in enumerate(explaining, 1):
             extent = f", within {100 * c.extent:.1f} cm" if c.extent > 0 else ""
-            rows.append(f"{number}. {c.link}: {np.linalg.norm(c.f_W):.1f} N, leaves {np.sqrt(max(c.residual, 0.0)):.2f} N·m{extent}")
+            rows.append(f"{number}. {plain(c.link)}: {np.linalg.norm(c.f_W):.1f} N, leaves {np.sqrt(max(c.residual, 0.0)):.2f} N·m{extent}")
         lines.append("  \n".join(rows))
     tau = np.linalg.norm(scenario.tau[chosen], axis=1)
     drawn = _moves(pictures, _whole(model, scenario.q[chosen]), scenario.name, contacts)
-    words = f"{scenario.description}  \narrows are forces on the robot, each of which alone explains the torques"
+    words = f"{plain(scenario.description)}  \narrows are forces on the robot, each of which alone explains the torques"
     return Played(scenario.name, drawn, pictures, np.array(scenario.times)[chosen], lines, words, {"external torque": ("N·m", tau)}, scenario)
 
 
@@ -84,6 +85,6 @@ def play_control(source: str | Path) -> Played:
         for k in chosen
     ]
     drawn = _moves(pictures, _whole(model, out.q[chosen]), scenario.name, contacts)
-    words = f"{scenario.description}  \nimpact {out.peak_force:.1f} N, settled {out.settled_peak:.1f} N at most, bound {scenario.lambda_max:g} N"
+    words = f"{plain(scenario.description)}  \nimpact {out.peak_force:.1f} N, settled {out.settled_peak:.1f} N at most, bound {scenario.lambda_max:g} N"
     charts = {"largest force": ("N", np.array(out.largest_force)[chosen]), "tracking error": (unit, np.array(error)[chosen])}
     return Played(scenario.name, drawn, pictures, np.array(out.times)[chosen], lines, words, charts, scenario)

@@ -28,6 +28,7 @@ from .panel import TOUCHES
 from .picture import Pictures
 from .scenario import VERDICTS
 from .server import serving
+from .texts import plain
 
 REST = 1.0  # [s] between the last moment and the first again
 POKE = 1.5  # [s] for which a push by a click stays
@@ -119,7 +120,7 @@ class Live:
         gui = self.server.gui
         if not self.root:
             gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=(38, 96, 180))
-        gui.add_markdown(f"**{self.scenario.name}**  \n{self.scenario.description}")
+        gui.add_markdown(f"**{plain(self.scenario.name)}**  \n{plain(self.scenario.description)}")
         self.play = gui.add_checkbox("play", True)
         self.force = gui.add_number("click pushes with [N]", 15.0, min=1.0, max=200.0, step=1.0)
         if not self.root and self.pictures.looks():
@@ -217,8 +218,8 @@ class Live:
         scale = self.drawing.force_longest / max(forces, default=1.0)
         for name, some in zip(self.arrows, (explaining, others, known), strict=True):
             self.draw_arrows(name, some, scale)
-        rows[0] = f"**{title}**: {rows[0]}, {1e3 * seconds:.1f} ms"
-        rows += [f"known: {link}, {np.linalg.norm(f_L):.1f} N" for link, _, f_L in truths]
+        rows[0] = f"**{plain(title)}**: {rows[0]}, {1e3 * seconds:.1f} ms"
+        rows += [f"known: {plain(link)}, {np.linalg.norm(f_L):.1f} N" for link, _, f_L in truths]
         self.words.content = "  \n".join(rows)
 
     @staticmethod
@@ -229,7 +230,7 @@ class Live:
         rows = [VERDICTS[result.verdict]]
         for number, c in enumerate(explaining, 1):
             extent = f", within {100 * c.extent:.1f} cm" if c.extent > 0 else ""
-            rows.append(f"{number}. {c.link}: {np.linalg.norm(c.f_W):.1f} N, leaves {np.sqrt(max(c.residual, 0.0)):.2f} N·m{extent}")
+            rows.append(f"{number}. {plain(c.link)}: {np.linalg.norm(c.f_W):.1f} N, leaves {np.sqrt(max(c.residual, 0.0)):.2f} N·m{extent}")
         return [(np.array(c.p_W), np.array(c.f_W)) for c in explaining], [(np.array(c.p_W), np.array(c.f_W)) for c in others], rows
 
     @staticmethod
@@ -240,7 +241,7 @@ class Live:
             return [], sum(forces, []), [f"{sets.count} contacts at the same time do not explain the torques"]
         rows = [f"{sets.count} contacts at the same time explain the torques" + (", not in one way alone" if sets.ambiguous else "")]
         for number, one in enumerate(sets.best, 1):
-            rows += [f"{number}. {c.link}: {np.linalg.norm(c.f_L):.1f} N, ± {100 * c.deviation:.1f} cm" for c in one.contacts]
+            rows += [f"{number}. {plain(c.link)}: {np.linalg.norm(c.f_L):.1f} N, ± {100 * c.deviation:.1f} cm" for c in one.contacts]
         return forces[0], sum(forces[1:], []), rows
 
     def colour(self, q: np.ndarray, tau: np.ndarray, friction: float, X: dict[str, st.Pose]) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..loads import Loads, read_loads
+from .texts import plain
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Series(Loads):
     def line(self, knot: int) -> str:
         """The figures of one knot in words."""
         use, force, gap = self.friction_use[knot], self.force[knot], self.gap[knot]
-        motor = self.effort_words(knot).replace(" %", " % of their effort", 1)
+        motor = plain(self.effort_words(knot).replace(" %", " % of their effort", 1))
         touch = f"{force:.2f} N, friction used {100 * use:.0f} %, gap {round(1e3 * gap, 2) + 0.0:.2f} mm" if np.isfinite(force) else "nothing touches"
         return f"**motors** {motor}  \n**contacts** {touch}" + (f"  \n**max_force** {self.press_words(knot)}" if self.fragile else "")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -13,9 +13,10 @@ import viser
 from .. import links
 from ..bodies import GOAL, Color
 from ..camera import View, choose_view
-from ..drawing import Drawing, find_parts, light, look
+from ..drawing import Drawing, find_parts, light
 from ..frames import choose_frames
 from ..plan import Plan
+from .cameras import Cameras
 from .faults import Fault
 from .picture import Pictures, pose_of, seven
 from .problem import Problem
@@ -89,16 +90,6 @@ def best_view(plan: Plan, pictures: Pictures) -> View:
     return choose_view(plan, find_parts(plan, fixed, pictures.looks()), choose_frames(plan), links.ends(loose))
 
 
-def is_seen(camera: viser.CameraHandle, point: np.ndarray) -> bool:
-    """Whether a place is in the picture of a camera."""
-    away, up = np.asarray(camera.look_at) - camera.position, np.asarray(camera.up_direction)
-    right = np.cross(away, up)
-    R = np.stack([v / np.linalg.norm(v) for v in (right, np.cross(right, away), away)])
-    x, y, depth = R @ (point - camera.position)
-    height = depth * np.tan(camera.fov / 2)
-    return bool(depth > 0 and abs(y) < height and abs(x) < camera.aspect * height)
-
-
 class Stage:
     """Only one thread at a time may call it."""
 
@@ -112,7 +103,7 @@ class Stage:
         self._marks: list[viser.SceneNodeHandle] = []
         self._titles: list[viser.SceneNodeHandle] = []
         self._gizmos: dict[Grip, tuple[viser.TransformControlsHandle, st.Pose]] = {}  # with X_BG
-        self.view: View | None = None
+        self.cameras = Cameras(server)
         self.beside = -1  # motions side by side when the camera was aimed last; 0: a task that is posed
         self._views: dict[int, View] = {}  # of the scene that is shown: posed, and played
         self._pictures: Pictures | None = None  # of that scene
@@ -146,13 +137,6 @@ class Stage:
         if anew or pictures is not self._pictures:
             self.beside, self._views, self._pictures = -1, {}, pictures
 
-    def aim(self, view: View, clients: Iterable[viser.ClientHandle] | None = None) -> None:
-        """Cameras of those who come, and of `clients`; None: of all who are there."""
-        self.view = view
-        look(self.server.initial_camera, view)
-        for client in self.server.get_clients().values() if clients is None else clients:
-            look(client.camera, view)
-
     # ---- a task that is posed ----
 
     def pose(self, problem: Problem, pictures: Pictures, aim: bool, picked: Callable[[str], None]) -> None:
@@ -169,7 +153,7 @@ class Stage:
             for mesh, _ in self.posed.painted.get(body.name, []):
                 self._let_pick(mesh, body.name, picked)
         if self.beside not in (0, 1):
-            self.aim(self.posed.view)
+            self.cameras.aim(self.posed.view)
             self.beside = 0
 
     @staticmethod
@@ -192,10 +176,10 @@ class Stage:
 
     def follow_goal(self, problem: Problem, pictures: Pictures) -> None:
         """Aims anew where the goal has left somebody's picture."""
-        lost = [client for client in self.server.get_clients().values() if not is_seen(client.camera, goal_of(problem).p)]
+        lost = self.cameras.lost(goal_of(problem).p)
         if self.posed is not None and lost:
             plan = plan_of(problem, pictures)
-            self.aim(best_view(plan, pictures), lost)
+            self.cameras.aim(best_view(plan, pictures), lost)
 
     # ---- the handle that drags ----
 
@@ -324,7 +308,7 @@ class Stage:
         drawing.place(plan.poses[0])
         drawing.label.visible = False
         if self.beside not in (0, 1):
-            self.aim(drawing.view)
+            self.cameras.aim(drawing.view)
             self.beside = 0
         width = 0.04 * drawing.view.radius
         self._hand = self.server.scene.add_arrows(f"{RUN_ROOT}/hand", np.zeros((1, 2, 3)), HAND, shaft_radius=0.4 * width, head_radius=width, head_length=2 * width, visible=False)
@@ -343,7 +327,7 @@ class Stage:
         self.clear()
         self.guest, self.beside = guest, -1
         guest.drawing.show_as(self.seen)
-        self.aim(guest.view)
+        self.cameras.aim(guest.view)
 
     def show_run(self, poses: np.ndarray, force: np.ndarray, point: np.ndarray) -> None:
         """A plant as it is now, and the force of the hand at its point as an arrow [m]."""
@@ -378,11 +362,13 @@ class Stage:
                 at = drawing.view.label + 0.12 * drawing.view.radius * np.array(drawing.view.up)
                 self._titles.append(self.server.scene.add_label(f"{SHOW_ROOTS[k]}/title", motion.title, position=tuple(at), anchor="bottom-center", font_screen_scale=1.2))
         if view is not None:
-            wide = View(view.position + step / 2 + 0.75 * (view.position - view.look_at), view.look_at + step / 2, view.up, view.fov, 2 * view.radius, view.label)
+            away = view.position - view.look_at
+            width = (APART * view.radius / (np.linalg.norm(away) * np.tan(view.fov / 2)) + view.width) / 1.75
+            wide = View(view.position + step / 2 + 0.75 * away, view.look_at + step / 2, view.up, view.fov, 2 * view.radius, view.label, float(width))
         else:
             wide = self.shown[0].view
         if self.beside != len(motions):
-            self.aim(wide)
+            self.cameras.aim(wide)
             self.beside = len(motions)
 
     def show_frame(self, knot: int) -> None:
