@@ -206,12 +206,16 @@ class RobotAdder {
     double spring = found != stiffness.end() ? found->second : joint.stiffness.value_or(0);
     if (spring == 0) {
       spring = calc_default_stiffness(tree, i);
-      chosen_.push_back(fmt::format("{} {:.3g}", joint.name, spring));
+      if (joint.spring >= spring)  // the spring of the file bears the weight by itself
+        spring = joint.spring;
+      else
+        chosen_.push_back(fmt::format("{} {:.3g}", joint.name, spring));
     }
     const DofKind kind = kind_of(joint);
     parts_.add_dof(joint_name(joint), kind, BodyKind::Robot, index_, joint.lower, joint.upper, spring, effort_of(joint, effort));
     m_.dofs.back().speed_limit = joint.speed_limit;
     parts_.set_joint_friction(joint.friction, joint.damping);
+    m_.motors.push_back(joint.motor);
     parts_.reach.push_back(kind == DofKind::Revolute ? calc_reach(tree, i) : 1.0);
     ++m_.n_v;
     ++m_.n_q;
