@@ -43,10 +43,10 @@ std::shared_ptr<const Plant> make_plant(const std::filesystem::path& file, bool 
 
 /// A force of 5 N moves the finger by 12.5 mm in the end. With its damping this takes seconds, and without it a tenth of a second.
 TEST(JointMotors, PushedFinger_MovesAsInMujoco) {
-  const auto file = finger("armature='100' damping='1000'", "kv='600'");
+  const auto file = finger("armature='1' damping='400'", "kv='600'");
   const auto plant = make_plant(file);
-  EXPECT_EQ(plant->armature()[0], 100);
-  EXPECT_EQ(plant->damping()[0], 600) << "k_v of the file, more than the 400 of critical damping";
+  EXPECT_EQ(plant->armature()[0], 1);
+  EXPECT_EQ(plant->damping()[0], 600) << "k_v of the file, more than the 42 of critical damping";
   SteppedPlant ours(plant);
   int body = -1;
   for (std::size_t i = 0; i < plant->model().bodies().size(); ++i)
@@ -60,7 +60,7 @@ TEST(JointMotors, PushedFinger_MovesAsInMujoco) {
     for (int i = 0; i < 500; ++i) mj_step(m.get(), d.get());
     EXPECT_NEAR(ours.q()[0], d->qpos[0], 1e-6) << k;
   }
-  EXPECT_LT(ours.q()[0], 0.006) << "after two seconds";
+  EXPECT_LT(ours.q()[0], 0.008) << "after two seconds";
 }
 
 /// The servo overcomes the damping while the joint follows its command: the motion is that of a joint without damping.
@@ -75,20 +75,20 @@ TEST(JointMotors, FingerThatFollowsItsCommand_TrailsAsOneWithoutDamping) {
     }
     return out;
   };
-  const VectorXd damped = travel("armature='10' damping='1000'"), free = travel("armature='10'");
-  EXPECT_LT((damped - free).cwiseAbs().maxCoeff(), 1e-4);
+  const VectorXd damped = travel("armature='1' damping='400'"), free = travel("armature='1'");
+  EXPECT_LT((damped - free).cwiseAbs().maxCoeff(), 3e-4);
   EXPECT_NEAR(damped[9], 0.1, 1e-3);
 }
 
-/// The motor gives what overcomes the damping: 20 N move the finger by 0.02 m/s at most.
+/// The motor gives what overcomes the damping: 20 N move the finger at 0.05 m/s.
 TEST(JointMotors, MotorWithLittleForce_IsSlowedByTheDamping) {
-  SteppedPlant plant(make_plant(finger("armature='1' damping='1000'", "forcelimited='true' forcerange='-20 20'"), true));
+  SteppedPlant plant(make_plant(finger("armature='1' damping='400'", "forcelimited='true' forcerange='-20 20'"), true));
   VectorXd u = VectorXd::Zero(1);
   for (int k = 0; k < 10; ++k) {
     u[0] += 0.02;
     ASSERT_EQ(plant.advance(u, 0.1), Status::Solved);
   }
-  EXPECT_NEAR(plant.v()[0], 0.02, 1e-4);
+  EXPECT_NEAR(plant.v()[0], 0.05, 1e-3);
 }
 
 /// A joint with the damping of a clamp stays stable, and moves where its command goes.

@@ -55,27 +55,14 @@ class Commands {
 
   /// @param lead  K_a⁻¹ D of the joint [s], or 0
   double operator()(int joint, double t, double lead) {
-    if (is_over(t)) return in_.u(joint, knot_);
+    const Eigen::Index last = in_.times.size() - 1;
+    while (knot_ < last && t >= in_.times[knot_ + 1]) ++knot_;
+    if (knot_ == last) return in_.u(joint, last);
     const double duration = in_.times[knot_ + 1] - in_.times[knot_], change = in_.u(joint, knot_ + 1) - in_.u(joint, knot_);
     return in_.u(joint, knot_) + (t - in_.times[knot_] + lead) / duration * change;
   }
 
-  /// Computes u̇(t) (n_a).
-  void calc_rate(double t, Eigen::VectorXd& out) {
-    if (is_over(t))
-      out.setZero(in_.u.rows());
-    else
-      out = (in_.u.col(knot_ + 1) - in_.u.col(knot_)) / (in_.times[knot_ + 1] - in_.times[knot_]);
-  }
-
  private:
-  /// Goes on to the knot before t. @returns whether it is the last one
-  bool is_over(double t) {
-    const Eigen::Index last = in_.times.size() - 1;
-    while (knot_ < last && t >= in_.times[knot_ + 1]) ++knot_;
-    return knot_ == last;
-  }
-
   const SimulationInput& in_;
   Eigen::Index knot_ = 0;
 };
@@ -129,10 +116,9 @@ class Run {
       if (options_.control != nullptr && options_.control->expired()) return Status::MaxIterations;
       // Times are multiples of the timestep, not sums, so that knots are met exactly.
       const double t = static_cast<double>(k) * h;
-      commands_.calc_rate(t, rate_);
-      servos_.damp(*d_, rate_);
-      for (int j = 0; j < plant_.model->n_a(); ++j)
-        d_->ctrl[plant_.actuator_id[at(j)]] = commands_(j, t, servos_.lead()[j]) + servos_.overcome()[j];
+      servos_.damp(*d_);
+      for (int j = 0; j < plant_.model->n_a(); ++j) d_->ctrl[plant_.actuator_id[at(j)]] = commands_(j, t, servos_.lead()[j]);
+      servos_.overcome_damping(*d_);
       const bool last = k == steps_;
       const auto report = world::call_mujoco([this] { mj_forward(servos_.mujoco(), d_); });
       if (!is_good(report)) return Status::NumericalFailure;
@@ -170,7 +156,6 @@ class Run {
   mjData* d_;
   SimulationResult& out_;
   Commands commands_;
-  Eigen::VectorXd rate_;  // u̇
   Eigen::VectorXd peak_;  // largest torques since the last sample
   long steps_ = 0;
   long stride_ = 1;

@@ -36,9 +36,9 @@ struct SteppedPlant::Impl {
   /// Makes one timestep with the commands u, which move at u̇.
   bool step(const Eigen::VectorXd& commands, const Eigen::VectorXd& rate) {
     const Plant::Impl& p = plant->impl();
-    servos.damp(*data, rate);
-    for (Eigen::Index j = 0; j < commands.size(); ++j)
-      data->ctrl[p.actuator_id[at(j)]] = commands[j] + servos.lead()[j] * rate[j] + servos.overcome()[j];
+    servos.damp(*data);
+    for (Eigen::Index j = 0; j < commands.size(); ++j) data->ctrl[p.actuator_id[at(j)]] = commands[j] + servos.lead()[j] * rate[j];
+    servos.overcome_damping(*data);
     const auto good = [&](const world::MujocoReport& report) {
       message = find_fault(p, data.get(), report, static_cast<double>(steps) * timestep());
       return message.empty();
