@@ -9,7 +9,7 @@ namespace stiction::world {
 /// Inertia and damping that the file of a robot states for the motor of a joint; 0 where it states none. Only an MJCF states them. A leader has those
 /// of its followers as well. The damping of the joint itself is Dof::damping.
 struct JointMotor {
-  double armature = 0;  ///< inertia at the joint [kg or kg·m²]
+  double armature = 0;  ///< inertia at the joint, in a Model at most K_a/(20 rad/s)² [kg or kg·m²]
   double damping = 0;   ///< k_v of the position servo, its least damping [N·s/m or N·m·s/rad]
 };
 
