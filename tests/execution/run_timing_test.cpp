@@ -43,6 +43,33 @@ double speed_at(const execution::Trajectory& t, Eigen::Index k) {
   return ((t.u.col(k + 1) - t.u.col(k)) / (t.times[k + 1] - t.times[k])).cwiseAbs().maxCoeff();
 }
 
+/// The finger of a gripper with 20 N and 100 N·s/m, and an armature of 1 kg on 1000 N/m.
+TEST(RunSpeeds, JointWithDampingAndArmature_GoesAsItsMotorCan) {
+  const auto speeds = [](const std::string& joint) {
+    world::Scene scene;
+    scene.name = "test";
+    world::RobotSpec robot;
+    robot.name = "hand";
+    robot.mjcf = "hand.xml";
+    robot.text = "<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0' range='0 .1' " + joint +
+                 "/><geom size='.01' mass='0.01'/></body></worldbody><actuator><position joint='x' kp='1000' forcelimited='true' "
+                 "forcerange='-20 20'/></actuator></mujoco>";
+    scene.robots.push_back(robot);
+    world::ObjectSpec ball;
+    ball.name = "ball";
+    ball.mass = 0.1;
+    ball.inertia = 1e-4 * Eigen::Matrix3d::Identity();
+    ball.X_WP.p = {1, 0, 0};
+    ball.geometries.push_back({.name = "shape", .shape = world::Sphere{0.05}, .X_BG = {}, .friction = 1});
+    scene.objects.push_back(ball);
+    return calc_run_speeds(*world::Model::make(scene), 0);
+  };
+  const RunSpeeds light = speeds(""), heavy = speeds("armature='1' damping='100'");
+  EXPECT_EQ(light.most[0], std::numeric_limits<double>::infinity());
+  EXPECT_NEAR(heavy.most[0], 0.5 * 20 / 100, 1e-12);
+  EXPECT_NEAR(heavy.acceleration[0] / light.acceleration[0], 0.01 / 1.01, 1e-9);
+}
+
 /// Half of the distance to what is nearest.
 TEST(LagAllowance, IsAShareOfTheDistance) {
   const auto model = load_model("planar_pushing");

@@ -1,7 +1,12 @@
 // Dry friction and damping of joints, and the largest force of a geometry: from scenes, URDF and MJCF.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <fstream>
 #include <limits>
 
+#include "stiction/world/joint_motor.hpp"
 #include "support/message_of.hpp"
 #include "support/temporary_folder.hpp"
 #include "world/test_scenes.hpp"
@@ -114,6 +119,32 @@ TEST_F(JointFriction, OfMjcf_IsThatOfTheRobotsJoint) {
   EXPECT_EQ(model->dofs()[0].damping, 2);
   EXPECT_EQ(model->dofs()[1].friction, 0);
   EXPECT_EQ(model->dofs()[1].damping, 1);
+}
+
+/// At the same energy a leader has ratio² of the armature of its follower.
+TEST_F(JointFriction, ArmatureAndServoDampingOfMjcf_AreThoseOfTheRobotsJoint) {
+  const std::string arm = R"(<mujoco model="arm"><worldbody><body name="l1"><joint name="a" type="slide" axis="1 0 0" armature="3"/>
+  <geom size="0.1"/><body name="l2" pos="0 0 1"><joint name="b" type="slide" axis="1 0 0" armature="2"/><geom size="0.1"/></body></body>
+  </worldbody><actuator><position joint="a" kp="400" kv="30" gear="2"/></actuator>)";
+  (void)write("two.xml", arm + "</mujoco>");
+  const auto two = load("robots: [{name: arm, mjcf: two.xml}]\n");
+  EXPECT_EQ(joint_motors(*two)[0].armature, 3);
+  EXPECT_EQ(joint_motors(*two)[0].damping, 30 * 4) << "k_v g²";
+  EXPECT_EQ(joint_motors(*two)[1].armature, 2);
+  EXPECT_EQ(joint_motors(*two)[1].damping, 0);
+  Kinematics kinematics;
+  KinematicsWorkspace work(*two);
+  calc_kinematics(*two, two->neutral(), work, kinematics);
+  const double ball = 1000 * 4.0 / 3 * M_PI * 1e-3;
+  EXPECT_NEAR(calc_joint_inertia(*two, kinematics)[0], 3 + 2 * ball, 1e-9);
+  EXPECT_NEAR(calc_joint_inertia(*two, kinematics)[1], 2 + ball, 1e-9);
+  (void)write("one.xml", arm + "<equality><joint joint1='b' joint2='a' polycoef='0 -3 0 0 0'/></equality></mujoco>");
+  const auto one = load("robots: [{name: arm, mjcf: one.xml}]\n");
+  ASSERT_EQ(one->n_a(), 1);
+  EXPECT_DOUBLE_EQ(joint_motors(*one)[0].armature, 1600.0 / 400) << "of 3 + 9 * 2, what the spring moves at 20 rad/s";
+  EXPECT_TRUE(std::any_of(one->notes().begin(), one->notes().end(), [](const std::string& note) {
+    return note == "arm: armatures that springs move at less than 20 rad/s are smaller here [kg·m², kg]: a 21";
+  })) << fmt::format("{}", fmt::join(one->notes(), "\n"));
 }
 
 TEST_F(JointFriction, LargestForce_IsThatOfTheShapeElseOfItsOwner) {

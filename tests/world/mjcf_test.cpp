@@ -109,7 +109,8 @@ TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
   const auto file = write_mjcf(
       R"(<worldbody><geom name="a" size="1"/><body name="b"><joint name="j" stiffness="3"/><geom name="c" size="1"/></body></worldbody>
                                   <tendon><fixed name="t" stiffness="1"><joint joint="j" coef="1"/></fixed></tendon>
-                                  <equality><weld name="w" body1="b"/></equality><contact><pair name="p" geom1="a" geom2="c"/></contact>)",
+                                  <equality><weld name="w" body1="b"/></equality><contact><pair name="p" geom1="a" geom2="c"/></contact>
+                                  <actuator><position joint="j" kp="4"/></actuator>)",
       "passed.xml");
   const auto model = make_model(file);
   ASSERT_EQ(model->notes().size(), 3u);  // the last one: no effort
@@ -117,7 +118,53 @@ TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
             "arm: passed over: equality 'w' (a constraint beside joints and contacts); tendon 't' (a tendon with a spring); pair 'p' (a "
             "contact pair of bodies that are excluded or that a joint links, or one of too many)");
   EXPECT_EQ(model->notes()[1], "arm: springs add to the stiffness of motors, whose commands act against them, of joints: j");
-  EXPECT_EQ(model->stiffness()[0], 3);
+  EXPECT_EQ(model->stiffness()[0], 7);
+}
+
+/// The gripper of a Panda has such a servo: 255 opens it by 40 mm. MuJoCo's joint rests where the force of its servo and a load balance.
+TEST(Mjcf, GeneralServo_HasTheStiffnessOfItsBias) {
+  const auto file = write_mjcf(
+      R"(<option gravity="0 0 0"/><worldbody><body name="b"><joint name="j" type="slide" range="0 .04" damping="20"/><geom size=".05"/></body></worldbody>
+         <actuator><general name="m" joint="j" gainprm="0.01568627451" biastype="affine" biasprm="0 -100 -10" ctrlrange="0 255" ctrllimited="true"/></actuator>)",
+      "general.xml");
+  RobotSpec robot;
+  robot.name = "arm";
+  robot.mjcf = file;
+  Scene scene;
+  scene.robots.push_back(robot);
+  const auto model = Model::make(scene);
+  for (const std::string& note : model->notes()) EXPECT_EQ(note.find("ctrlrange"), std::string::npos) << note << ": 0 to 255 is 0 to 40 mm";
+  EXPECT_EQ(joint_motors(*model)[0].damping, 10);
+
+  const Owned<mjModel> m = load_mujoco(file);
+  const Owned<mjData> d(mj_makeData(m.get()));
+  const auto rest = [&](double load) {
+    mj_resetData(m.get(), d.get());
+    d->ctrl[0] = 127.5, d->qfrc_applied[0] = load;
+    while (d->time < 10) mj_step(m.get(), d.get());
+    return d->qpos[0];
+  };
+  EXPECT_NEAR(rest(0), 0.02, 1e-8);
+  EXPECT_NEAR(model->stiffness()[0], 0.5 / (rest(0.5) - rest(0)), 1e-4);
+}
+
+/// The forearm of a Fetch has such a spring: it would sag by most of its range under its own weight. No motor is that soft.
+TEST(Mjcf, SoftSpringWithoutActuator_IsNotTheStiffnessOfTheMotor) {
+  const auto stiffness = [](const std::string& spring) {
+    const auto file = write_mjcf(
+        "<worldbody><body><joint name='a' axis='1 0 0' armature='1' " + spring + "/><geom size='.1' pos='0 .5 0'/></body></worldbody>",
+        "soft.xml");
+    RobotSpec robot;
+    robot.name = "arm";
+    robot.mjcf = file;
+    Scene scene;
+    scene.robots.push_back(robot);
+    return Model::make(scene)->stiffness()[0];
+  };
+  const double chosen = stiffness("");
+  EXPECT_GT(chosen, 100);
+  EXPECT_EQ(stiffness("stiffness='10'"), chosen);
+  EXPECT_EQ(stiffness("stiffness='3000'"), 3000);
 }
 
 /// Geoms of hands that meet others only where a pair says so, and geoms that do not collide but for their pair.

@@ -42,7 +42,7 @@ TEST_F(MjcfUnread, AttributesOfGeoms) {
 }
 
 TEST_F(MjcfUnread, AttributesOfJoints) {
-  EXPECT_EQ(note("", "armature='0.1'"), "armature of joints x (motors have no inertia of their own)");
+  EXPECT_EQ(note("", "armature='0.1' damping='3'"), "") << "the plant has them";
   EXPECT_EQ(note("", "margin='0.1'"), "margin of joints x (limits begin at the range)");
   EXPECT_EQ(note("", "solreflimit='0.01 1'"),
             "solreflimit, solimplimit, solreffriction, solimpfriction of joints x (limits and friction are rigid)");
@@ -52,7 +52,7 @@ TEST_F(MjcfUnread, AttributesOfActuators) {
   const auto servo = [&](const std::string& attributes) {
     folder_.write("r.xml",
                   "<mujoco><worldbody><body name='cart'><joint name='x' type='slide' range='-1 1'/><geom type='sphere' size='0.1'/>"
-                  "</body></worldbody><actuator><general name='m' joint='x' gainprm='100' biastype='affine' biasprm='0 -100 0' " +
+                  "</body></worldbody><actuator><general name='m' joint='x' gainprm='100' biastype='affine' biasprm='0 -100 -5' " +
                       attributes + "/></actuator></mujoco>");
     const auto model = folder_.load("mjcf: r.xml");
     for (const std::string& said : model->notes()) {

@@ -6,6 +6,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/simulation/plant_impl.hpp"
 #include "stiction/world/call_mujoco.hpp"
+#include "stiction/world/joint_motor.hpp"
 
 namespace stiction::simulation {
 
@@ -146,6 +147,11 @@ std::shared_ptr<const Plant> Plant::make(std::shared_ptr<const world::Model> mod
   const Eigen::VectorXd& stiffness = impl->model->stiffness();
   const double period = options.timestep / options.spring_resolution;
   impl->armature = (stiffness * period * period).cwiseMax(options.armature);
+  const std::span<const world::JointMotor> motors = world::joint_motors(*impl->model);
+  for (std::size_t j = 0; j < motors.size(); ++j) {
+    double& armature = impl->armature[static_cast<Eigen::Index>(j)];
+    armature = std::max(armature, motors[j].armature);
+  }
   impl->mujoco = compile_scene(*impl->model, options, impl->armature);
   weigh_surfaces(impl->mujoco.get());
   find_addresses(*impl);
@@ -169,6 +175,8 @@ void calc_inertia(const Plant::Impl& plant, const mjData& data, Eigen::VectorXd&
 void calc_damping(const Plant::Impl& plant, const Eigen::VectorXd& inertia, Eigen::VectorXd& out) {
   const Eigen::VectorXd& stiffness = plant.model->stiffness();
   out = 2 * plant.options.damping_ratio * stiffness.cwiseProduct(inertia.tail(stiffness.size())).cwiseSqrt();
+  const std::span<const world::JointMotor> motors = world::joint_motors(*plant.model);
+  for (Eigen::Index j = 0; j < out.size(); ++j) out[j] = std::max(out[j], motors[static_cast<std::size_t>(j)].damping);
 }
 
 void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos) {

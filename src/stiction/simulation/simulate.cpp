@@ -118,6 +118,7 @@ class Run {
       const double t = static_cast<double>(k) * h;
       servos_.damp(*d_);
       for (int j = 0; j < plant_.model->n_a(); ++j) d_->ctrl[plant_.actuator_id[at(j)]] = commands_(j, t, servos_.lead()[j]);
+      servos_.overcome_damping(*d_);
       const bool last = k == steps_;
       const auto report = world::call_mujoco([this] { mj_forward(servos_.mujoco(), d_); });
       if (!is_good(report)) return Status::NumericalFailure;

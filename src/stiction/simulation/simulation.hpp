@@ -40,8 +40,8 @@ struct PlantOptions {
   bool velocity_reference = false;
   bool effort_limits = false;  ///< true: the motor torque K_a(u − q) + D(u̇ − q̇) saturates at world::Model::effort; false: it is unbounded
   bool joint_friction =
-      false;  ///< true: robot joints have the friction and damping of world::Dof; false: their servos compensate both. Object joints always have them
-  double armature = 0.0;  ///< inertia of every motor, reflected to its joint [kg or kg m²], ≥ 0
+      false;  ///< true: robot joints have the friction and damping of world::Dof; false: the damping, which servos overcome (M.5). DrivenPlant: none
+  double armature = 0.0;  ///< least inertia of every motor, reflected to its joint [kg or kg m²], ≥ 0; world::JointMotor may state more
   double spring_resolution =
       1;  ///< largest phase of a joint spring per timestep [rad]: armature is raised to at least K_a (timestep / this)²
   /// Time in which objects on a planar joint, a hinge or a slider come to rest [s], > 0: their support is not part of the scene, so their

@@ -38,6 +38,7 @@ struct SteppedPlant::Impl {
     const Plant::Impl& p = plant->impl();
     servos.damp(*data);
     for (Eigen::Index j = 0; j < commands.size(); ++j) data->ctrl[p.actuator_id[at(j)]] = commands[j] + servos.lead()[j] * rate[j];
+    servos.overcome_damping(*data);
     const auto good = [&](const world::MujocoReport& report) {
       message = find_fault(p, data.get(), report, static_cast<double>(steps) * timestep());
       return message.empty();

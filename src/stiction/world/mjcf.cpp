@@ -59,7 +59,7 @@ class MjcfReader : private MjcfView {
     if (const auto names = list_passed_over(motors_.couplings().meaning()); !names.empty())
       out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
     note_balls();
-    auto attributes = list_unread(*m_);
+    auto attributes = list_unread(*m_, [&](int j) { return roles_.of_joint(j) == MjcfRole::Robot; });
     if (roles_.by_actuators()) std::erase_if(attributes, [](const std::string& entry) { return entry.starts_with("option gravity"); });
     if (!attributes.empty()) out_.robot.notes.push_back(fmt::format("not read: {}", fmt::join(attributes, "; ")));
     for (std::string& note : motors_.notes()) out_.robot.notes.push_back(std::move(note));
@@ -172,6 +172,8 @@ class MjcfReader : private MjcfView {
     joint.effort = motors_.effort(j);
     joint.friction = m_->dof_frictionloss[m_->jnt_dofadr[j]];
     joint.damping = m_->dof_damping[m_->jnt_dofadr[j]];
+    joint.motor = {m_->dof_armature[m_->jnt_dofadr[j]], motors_.servo_damping(j)};
+    joint.spring = motors_.passive_spring(j);
     return joint;
   }
 

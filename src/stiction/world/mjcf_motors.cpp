@@ -19,12 +19,15 @@ MjcfMotors::MjcfMotors(const MjcfView& view) : MjcfView(view), couplings_(view) 
 
 double MjcfMotors::gear_of(int actuator) const { return m_->actuator_gear[6 * m_->actuator_outadr[actuator]]; }
 
-/// Finds stiffness and effort of all joints. A position servo with gain k_p and gear g gives its joint the stiffness k_p g². The effort is the
+/// Finds stiffness, servo damping and effort of all joints. A position servo, with the force c·command + b₀ − k_p q − k_v q̇ and the gear g, gives its
+/// joint the stiffness k_p g² and the damping k_v g²; (c·command + b₀)/k_p is the commanded position. The effort is the
 /// actuator's force range through the gear, and for a motor at most the force of its largest command. A force range of the joint itself
 /// replaces both.
 void MjcfMotors::find_springs() {
   spring_.resize(static_cast<std::size_t>(m_->njnt));
   effort_.resize(static_cast<std::size_t>(m_->njnt));
+  damping_.assign(static_cast<std::size_t>(m_->njnt), 0);
+  passive_.assign(static_cast<std::size_t>(m_->njnt), 0);
   has_actuator_.assign(static_cast<std::size_t>(m_->njnt), false);
   for (int i = 0; i < m_->nactuator; ++i) {
     if (!is_on_joint(i) || roles_.of_joint(m_->actuator_trnid[2 * i]) != MjcfRole::Robot) continue;
@@ -49,7 +52,12 @@ void MjcfMotors::add_spring(int j) {
     unsprung_.push_back(joint_name(j));
     return;
   }
-  spring_[leader] = spring_[leader].value_or(0) + line.ratio * line.ratio * m_->jnt_stiffness[j];
+  const double stiffness = line.ratio * line.ratio * m_->jnt_stiffness[j];
+  if (!spring_[leader]) {
+    passive_[leader] += stiffness;
+    return;
+  }
+  spring_[leader] = *spring_[leader] + stiffness;
   sprung_.push_back(joint_name(j));
 }
 
@@ -69,9 +77,11 @@ void MjcfMotors::add_actuator(int i, int j, double lever) {
   }
   if (force && *force <= core::kLargestNumber && *force * lever != 0)
     effort_[joint] = effort_[joint].value_or(0) + *force * std::abs(lever);
-  const bool servo = fixed_gain && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] > 0 && bias[0] == 0 && bias[1] == -gain[0] &&
-                     m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
-  if (servo) spring_[joint] = spring_[joint].value_or(0) + gain[0] * lever * lever;
+  const bool servo =
+      fixed_gain && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] != 0 && bias[1] < 0 && m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
+  if (!servo) return;
+  spring_[joint] = spring_[joint].value_or(0) - bias[1] * lever * lever;
+  damping_[joint] += std::max(0.0, -bias[2]) * lever * lever;
 }
 
 /// Leading joints without an actuator, which belong to a robot only because another joint of their tree has one.

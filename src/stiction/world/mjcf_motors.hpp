@@ -15,6 +15,10 @@ class MjcfMotors : private MjcfView {
   explicit MjcfMotors(const MjcfView& view);
 
   std::optional<double> spring(int joint) const { return spring_[static_cast<std::size_t>(joint)]; }  ///< [N·m/rad, N/m]
+  double servo_damping(int joint) const {
+    return damping_[static_cast<std::size_t>(joint)];
+  }  ///< k_v of position servos [N·m·s/rad, N·s/m]
+  double passive_spring(int joint) const { return passive_[static_cast<std::size_t>(joint)]; }        ///< of a joint that no actuator moves
   std::optional<double> effort(int joint) const { return effort_[static_cast<std::size_t>(joint)]; }  ///< [N·m, N]
   const MjcfCouplings& couplings() const { return couplings_; }
   /// Deviations from the file, one sentence each.
@@ -28,6 +32,7 @@ class MjcfMotors : private MjcfView {
   std::vector<std::string> without_actuator() const;
 
   std::vector<std::optional<double>> spring_, effort_;  ///< per joint of the file
+  std::vector<double> damping_, passive_;               ///< per joint of the file
   std::vector<bool> has_actuator_;                      ///< per joint of the file: an actuator moves it, directly or through a tendon
   std::vector<std::string> sprung_, unsprung_;
   MjcfCouplings couplings_;

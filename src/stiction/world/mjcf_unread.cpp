@@ -14,7 +14,9 @@ namespace {
 /// Looks through one compiled model.
 class UnreadFinder {
  public:
-  explicit UnreadFinder(const mjModel& model) : m_(model) { mj_defaultSolRefImp(solref_.data(), solimp_.data()); }
+  UnreadFinder(const mjModel& model, const std::function<bool(int)>& is_robot) : m_(model), is_robot_(is_robot) {
+    mj_defaultSolRefImp(solref_.data(), solimp_.data());
+  }
 
   std::vector<std::string> find() {
     look_at_geoms();
@@ -71,7 +73,8 @@ class UnreadFinder {
       look(attribute, "joints", mjOBJ_JOINT, m_.njnt, changes, has);
     };
     const auto is_free = [&](int j) { return m_.jnt_type[j] == mjJNT_FREE; };
-    look_at("armature", "motors have no inertia of their own", [&](int j) { return m_.dof_armature[m_.jnt_dofadr[j]] != 0; });
+    look_at("armature", "objects have the inertia of their bodies alone",
+            [&](int j) { return !is_robot_(j) && m_.dof_armature[m_.jnt_dofadr[j]] != 0; });
     look_at("damping, frictionloss", "objects move without", [&](int j) {
       const int dof = m_.jnt_dofadr[j];
       return is_free(j) && (m_.dof_damping[dof] != 0 || m_.dof_frictionloss[dof] != 0);
@@ -107,7 +110,9 @@ class UnreadFinder {
     if (!is_servo(i) || !m_.actuator_ctrllimited[m_.actuator_ctrladr[i]] || gear == 0) return false;
     if (!m_.jnt_limited[joint]) return true;
     const mjtNum* commands = m_.actuator_ctrlrange + 2 * m_.actuator_ctrladr[i];
-    const double one = commands[0] / gear, other = commands[1] / gear, low = std::min(one, other), high = std::max(one, other);
+    const mjtNum *gain = m_.actuator_gainprm + mjNGAIN * i, *bias = m_.actuator_biasprm + mjNBIAS * i;
+    const auto position = [&](double command) { return -(gain[0] * command + bias[0]) / (bias[1] * gear); };
+    const double one = position(commands[0]), other = position(commands[1]), low = std::min(one, other), high = std::max(one, other);
     const double rounding = 1e-6 * (m_.jnt_range[2 * joint + 1] - m_.jnt_range[2 * joint]);
     return low > m_.jnt_range[2 * joint] + rounding || high < m_.jnt_range[2 * joint + 1] - rounding;
   }
@@ -117,8 +122,7 @@ class UnreadFinder {
       look(attribute, "actuators", mjOBJ_ACTUATOR, m_.nactuator, changes, [&](int i) { return is_on_joint(i) && has(i); });
     };
     look_at("ctrlrange", "commands may be anywhere in the range of the joint", [&](int i) { return has_narrow_commands(i); });
-    look_at("kv and damping", "servos are springs without damping",
-            [&](int i) { return (is_servo(i) && m_.actuator_biasprm[mjNBIAS * i + 2] != 0) || m_.actuator_damping[i] != 0; });
+    look_at("damping", "motors do without", [&](int i) { return m_.actuator_damping[i] != 0; });
     look_at("dyntype and delay", "joints feel commands at once",
             [&](int i) { return m_.actuator_dyntype[i] != mjDYN_NONE || m_.actuator_delay[i] != 0; });
     look_at("gaintype and biastype", "motors give any force within their range", [&](int i) {
@@ -152,6 +156,7 @@ class UnreadFinder {
   }
 
   const mjModel& m_;
+  const std::function<bool(int)>& is_robot_;
   std::array<mjtNum, mjNREF> solref_{};
   std::array<mjtNum, mjNIMP> solimp_{};
   std::vector<std::string> out_{};
@@ -159,6 +164,8 @@ class UnreadFinder {
 
 }  // namespace
 
-std::vector<std::string> list_unread(const mjModel& model) { return UnreadFinder(model).find(); }
+std::vector<std::string> list_unread(const mjModel& model, const std::function<bool(int joint)>& is_robot) {
+  return UnreadFinder(model, is_robot).find();
+}
 
 }  // namespace stiction::world

@@ -64,6 +64,8 @@ const Eigen::VectorXd& Model::reach() const { return impl_->reach; }
 const Scales& Model::scales() const { return *impl_->scales; }
 Eigen::VectorXd Model::neutral() const { return impl_->neutral; }
 
+std::span<const JointMotor> joint_motors(const Model& model) { return model.impl().motors; }
+
 int Model::joint_index(std::string_view name) const {
   std::vector<std::string> names;
   for (int i = impl_->n_vu; i < impl_->n_v; ++i) names.push_back(impl_->dofs[at(i)].name);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "stiction/world/joint_motor.hpp"
 #include "stiction/world/model.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -48,6 +49,7 @@ struct Model::Impl {
   std::vector<Geometry> geometries;
   std::vector<Pair> pairs;
   std::vector<Dof> dofs;
+  std::vector<JointMotor> motors;  ///< per robot joint
   std::vector<Follower> followers;
   std::vector<ObjectInfo> objects;
   std::vector<RobotInfo> robots;

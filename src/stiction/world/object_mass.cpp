@@ -86,7 +86,9 @@ void calc_object_mass(const Model& model, const Kinematics& kinematics, int obje
 }
 
 Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinematics) {
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(model.n_a());
+  const std::span<const JointMotor> motors = joint_motors(model);
+  Eigen::VectorXd out(model.n_a());
+  for (Eigen::Index j = 0; j < out.size(); ++j) out[j] = motors[static_cast<std::size_t>(j)].armature;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J(6, model.n_a());
   for (const Link& link : model.links()) {
     const BodyInertia& body = model.inertias()[static_cast<std::size_t>(link.body)];

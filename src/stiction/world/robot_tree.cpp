@@ -184,11 +184,13 @@ void release_placeholder_limits(RobotTree& tree) {
 
 void resolve_followers(RobotTree& tree) {
   shorten_chains(tree);
-  for (const auto& joint : tree.joints) {  // add the followers' friction at equal power, and their speed limits, to the leader
+  for (const auto& joint :
+       tree.joints) {  // add the followers' friction at equal power, their armature at equal energy, and their speed limits, to the leader
     if (joint.leader < 0) continue;
     RobotJoint& leader = tree.joints[static_cast<std::size_t>(joint.leader)];
     leader.friction += std::abs(joint.ratio) * joint.friction;
     leader.damping += joint.ratio * joint.ratio * joint.damping;
+    leader.motor.armature += joint.ratio * joint.ratio * joint.motor.armature;
     if (joint.ratio != 0) leader.speed_limit = std::min(leader.speed_limit, joint.speed_limit / std::abs(joint.ratio));
   }
   std::vector<std::string> outside;

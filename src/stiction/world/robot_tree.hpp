@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "stiction/world/joint_motor.hpp"
 #include "stiction/world/scene.hpp"
 
 namespace stiction::world {
@@ -73,6 +74,8 @@ struct RobotJoint {
   double speed_limit = std::numeric_limits<double>::infinity();  ///< largest speed, if the file states one [rad/s or m/s]
 
   double friction = 0, damping = 0;  ///< dry [N or N·m] and viscous [N·s/m or N·m·s/rad] friction in the file
+  JointMotor motor{};                ///< in an MJCF
+  double spring = 0;                 ///< spring in an MJCF of a joint that no actuator moves [N/m or N·m/rad]
 
   bool actuated = false;  ///< URDF only: a <transmission> or <ros2_control> names the joint
   bool floating = false;  ///< only in a URDF that is a whole scene: all six directions are free; its kind is Fixed
@@ -143,8 +146,8 @@ std::vector<std::vector<int>> calc_chains(const RobotTree& tree, int v_begin);
 /// Makes limits of 1000 rad or m and more infinite, since files write them to mean no limit. A note names their joints.
 void release_placeholder_limits(RobotTree& tree);
 
-/// Simplifies followers. A leader that follows another joint is replaced by that joint. Limits, friction and speed limits of followers count for
-/// their leaders. A joint whose limits are one point becomes fixed, and its followers too. @throws core::InvalidInput: a joint that follows itself
+/// Simplifies followers. A leader that follows another joint is replaced by that joint. Limits, friction, armature and speed limits of followers count
+/// for their leaders. A joint whose limits are one point becomes fixed, and its followers too. @throws core::InvalidInput: a joint that follows itself
 void resolve_followers(RobotTree& tree);
 
 /// "a, b, c and 4 more".

@@ -28,6 +28,8 @@ constexpr double kStartTimes = 4;
 constexpr double kCarry = 0.2;
 /// Share of a motor's effort for accelerating the inertia that it moves.
 constexpr double kInertiaShare = 0.5;
+/// Share of a motor's effort for overcoming the damping of its joint.
+constexpr double kDampingShare = 0.5;
 
 bool is_free(const Model& model, int object) {
   return model.scene().objects[static_cast<std::size_t>(object)].joint == world::ObjectJoint::Free;
@@ -80,6 +82,16 @@ double calc_unled(const Model& model, int object) {
     trails = std::max(trails, damping[v] / (arm * arm * model.scales().softest_stiffness()));
   }
   return std::clamp((kRestTime + kUnknownDrag * calc_follow_time(model, object)) / (kRestTime + trails), kLeastUnled, 1.0);
+}
+
+/// Largest speeds of the joints: those of the file, and those at which half of the effort overcomes the damping of the joint (n_a) [rad/s, m/s].
+Eigen::VectorXd calc_most_speed(const Model& model) {
+  Eigen::VectorXd out = model.speed_limit();
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double damping = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].damping;
+    if (damping > 0) out[j] = std::min(out[j], kDampingShare * model.effort()[j] / damping);
+  }
+  return out;
 }
 
 /// Sets the limits of free motion. A spring K_a with the inertia M of its joint trails by M q̈/K_a, and after a speed jump Δq̇ by at most Δq̇/(e ω). Here
@@ -150,7 +162,7 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   out.factor = factor;
   out.object = speed;
   out.unled = calc_unled(model, object);
-  out.most = model.speed_limit();
+  out.most = calc_most_speed(model);
   out.springs = limits.of_springs(model);
   out.start_time = is_free(model, object) ? 0 : kStartTimes * kRestTime;
   out.push.resize(model.n_a());
