@@ -134,8 +134,12 @@ std::unique_ptr<Refined> refine(const Plan& plan, const std::optional<OptionsLik
 
 std::unique_ptr<CheckReport> check_plan(const Plan& plan) {
   auto out = std::make_unique<CheckReport>();
-  const nb::gil_scoped_release unlocked;
-  (void)tasks::check_plan(plan.task, plan.file, {}, {}, *out);
+  Interrupt interrupt;
+  {
+    const nb::gil_scoped_release unlocked;
+    (void)tasks::check_plan(plan.task, plan.file, {}, interrupt.control({}), *out);
+  }
+  interrupt.rethrow();
   return out;
 }
 
