@@ -42,7 +42,15 @@ std::shared_ptr<Plan> read_plan(const std::filesystem::path& file) { return std:
 /// @param folder  that the path of the task in the text is relative to
 std::shared_ptr<Plan> parse_plan(const std::string& text, const std::optional<std::filesystem::path>& folder) {
   const std::filesystem::path file = folder_of(folder) / "plan.json";
-  return std::make_shared<Plan>(tasks::parse_plan(text, file), file);
+  try {
+    return std::make_shared<Plan>(tasks::parse_plan(text, file), file);
+  } catch (const core::InvalidInput& error) {  // there is no such file: what is wrong stands in the text
+    std::string message = error.what();
+    const std::string name = file.string();
+    for (std::size_t at = message.find(name); at != std::string::npos; at = message.find(name, at))
+      message.replace(at, name.size(), "text");
+    throw core::InvalidInput(message);
+  }
 }
 
 std::string to_text(const Plan& plan, const std::optional<std::filesystem::path>& folder) {

@@ -13,7 +13,7 @@
 namespace stiction::python {
 
 using NoiseArgument = std::variant<double, VectorAlone, MatrixAlone>;
-using FreedomArgument = std::optional<std::variant<double, Vector>>;
+using FreedomArgument = std::optional<std::variant<double, VectorAlone>>;
 using RestArgument = std::variant<Calibrated, Vector>;
 using JointArgument = std::variant<int, std::string>;
 
@@ -57,7 +57,7 @@ inline void set_torques(const world::Model& model, const TorqueArguments& given,
   if (given.freedom) {
     Eigen::VectorXd freedom = std::holds_alternative<double>(*given.freedom)
                                   ? Eigen::VectorXd::Constant(n, std::get<double>(*given.freedom))
-                                  : std::get<Vector>(*given.freedom).named("freedom");
+                                  : std::get<VectorAlone>(*given.freedom).value;
     for (const double x : freedom) core::require_positive("freedom", x);
     options.torques.deviations = freedom.unaryExpr([](double x) { return sensing::calc_student_bound(x, sensing::kDeviations); });
   }

@@ -130,6 +130,12 @@ def test_unknown_option_is_told_those_of_today(task: st.Task) -> None:
     assert "gamma" not in text and len(text) < 250
 
 
+def test_text_of_a_plan_is_not_called_a_file() -> None:
+    for text, message in (("[]", "^text: top level: got a list of 0"), ('{"format": ', "^text: file: got something that is not JSON")):
+        with pytest.raises(st.InvalidInput, match=message):
+            st.parse_plan(text)
+
+
 def interrupted_after(call: Callable[[], object], seconds: float = 0.2) -> float:
     """Seconds after the signal until Ctrl-C ends the call."""
 

@@ -70,8 +70,7 @@ def _equal(a: Any, b: Any) -> bool:
 
 
 def _hash(a: Any) -> int:
-    version, content, shared = a.__getstate__()
-    return hash((type(a), content, len(shared)))
+    return hash((type(a), *(part for part in a.__getstate__() if isinstance(part, (str, bytes)))))
 
 
 def _same_pose(a: Any, b: Any) -> bool:
