@@ -85,6 +85,17 @@ def _same_scene(a: Any, b: Any) -> bool:
     return a is b or bool(a.scene == b.scene)
 
 
+def _same_sensor(a: Any, b: Any) -> bool:
+    """Made of equal models with equal options."""
+    if type(a) is not type(b):
+        return NotImplemented
+    return a is b or bool(a.__reduce__()[1] == b.__reduce__()[1])
+
+
+def _hash_of_sensor(sensor: Any) -> int:
+    return hash(type(sensor))
+
+
 def _hash_of_options(options: _core.PlannerOptions) -> int:
     return hash(repr(options))
 
@@ -119,3 +130,4 @@ def complete() -> None:
     _give(_core.PlannerOptions, hash=_hash_of_options)
     _give(_core.Pose, eq=_same_pose, hash=_hash_of_pose)  # -0.0 equals 0.0
     _give(_core.Model, eq=_same_scene, hash=_hash_of_model)
+    _give(_core._SharedSensor, eq=_same_sensor, hash=_hash_of_sensor)
