@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "app.hpp"
 
@@ -52,7 +53,11 @@ void add_json(CLI::App& command, bool& json) {
 }
 
 fs::path task_dir(const std::string& out, const std::string& task, std::uint64_t seed) {
-  return out.empty() ? fs::path(fmt::format("{}-seed{}", task, seed)) : fs::path(out);
+  if (!out.empty()) return out;
+  std::string name = task;  // of a file, which may say anything: the folder lies in the working folder all the same
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return c == '/' || c < 0x20 || c == 0x7f; }, '_');
+  return fmt::format("{}-seed{}", name, seed);
 }
 
 fs::path plan_dir(const std::string& out, const fs::path& plan) {

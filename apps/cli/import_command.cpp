@@ -42,7 +42,7 @@ fs::path mjcf_beside(const fs::path& out, const fs::path& file) {
 }
 
 int run_import(const ImportArguments& arguments) {
-  const fs::path out = arguments.out;
+  const fs::path out = arguments.out == "-" ? "" : arguments.out;
   const fs::path folder = out.empty() || !out.has_parent_path() ? fs::current_path() : out.parent_path();
   fs::path file = arguments.file;
   if (!out.empty()) require_new(out);
@@ -71,7 +71,7 @@ Run declare_import(CLI::App& command) {
       .add_option("file", arguments->file,
                   "MJCF, URDF or SDF file with a robot and objects; an SDF file is converted to an MJCF file beside the task")
       ->required();
-  command.add_option("-o,--out", arguments->out, "Task file to write (default: print the task on stdout)");
+  command.add_option("-o,--out", arguments->out, "Task file to write (default, or -: print the task on stdout)");
   command.add_option("--object", arguments->object, "Name of the object that the goal moves (default: the first object)");
   return [arguments] { return run_import(*arguments); };
 }

@@ -8,6 +8,7 @@
 #include "python_command.hpp"
 #include "run_command.hpp"
 #include "stiction/core/version.hpp"
+#include "stiction/world/yaml.hpp"
 #include "touch_command.hpp"
 
 namespace {
@@ -72,12 +73,12 @@ constexpr const char* kExitCodes =
 /// @throws CLI::ValidationError: the first word is no command; CLI11 would say that one is missing
 void require_command(int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
-  std::string names;
+  std::vector<std::string> names;
   for (const Command& command : kCommands) {
     if (std::string_view(command.name) == argv[1]) return;
-    names += (names.empty() ? "" : ", ") + std::string(command.name);
+    names.emplace_back(command.name);
   }
-  throw CLI::ValidationError("command", fmt::format("got '{}', expected one of {}", argv[1], names));
+  throw CLI::ValidationError("command", fmt::format("got '{}', expected one of {}", argv[1], world::list_with_hint(argv[1], names)));
 }
 
 /// @throws CLI::ValidationError: a word is empty, as an unset variable of a shell; it would be taken for an option that is not given
@@ -88,6 +89,18 @@ void require_words(int argc, char** argv) {
     const bool is_note = word.starts_with("--note") || std::string_view(argv[i - 1]) == "--note";
     if ((word.empty() || is_empty_option) && !is_note)
       throw CLI::ValidationError(is_empty_option ? argv[i] : argv[i - 1], "got an empty word after it, expected a value or nothing");
+  }
+}
+
+/// @throws CLI::ValidationError: '-' for an output, which other programs take for stdout. Only `import` writes there
+void require_named_outputs(int argc, char** argv) {
+  for (int i = 2; i < argc; ++i) {
+    const std::string_view word = argv[i], before = argv[i - 1];
+    const bool is_output = before == "-o" || before == "--out" || before == "--html";
+    if ((word == "-" && is_output && std::string_view(argv[1]) != "import") || word == "--out=-" || word == "--html=-")
+      throw CLI::ValidationError(
+          std::string(is_output ? before : word.substr(0, word.find('='))),
+          "got '-', expected the name of a file or folder: no result is written to stdout; --json writes a summary there");
   }
 }
 
@@ -107,6 +120,7 @@ int main(int argc, char** argv) {
     try {
       require_command(argc, argv);
       require_words(argc, argv);
+      require_named_outputs(argc, argv);
       cli.parse(argc, argv);
     } catch (const CLI::Success& e) {
       return cli.exit(e);

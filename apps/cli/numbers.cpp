@@ -66,7 +66,7 @@ std::string type_of(Bound bound) { return fmt::format("NUMBER ({})", name_of(bou
 CLI::Option* add_number(CLI::App& command, const std::string& option, double& value, const std::string& meaning, Bound bound) {
   return add(command, option, meaning, type_of(bound),
              [option, &value, bound](const std::string& word) { value = parse_number(option, word, bound); })
-      ->default_str(fmt::format("{}", value));
+      ->default_str(fmt::format("{:.4g}", value));
 }
 
 CLI::Option* add_number(CLI::App& command, const std::string& option, std::optional<double>& value, const std::string& meaning,

@@ -31,6 +31,7 @@ int run_program(const std::vector<std::string>& words, const std::string& python
     if (!std::string_view(*entry).starts_with("PYTHONPATH=")) variables.emplace_back(*entry);
   }
   variables.push_back("PYTHONPATH=" + python_path);
+  variables.emplace_back("PYTHONSAFEPATH=1");  // no module of the working folder, nor in processes that it starts
   std::vector<char*> envp;
   for (auto& variable : variables) envp.push_back(variable.data());
   envp.push_back(nullptr);

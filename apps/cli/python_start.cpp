@@ -43,7 +43,10 @@ std::string path_of(const std::string& command, Packages packages) {
 /// As `python -m`, without the working folder among the places of modules. A package that is missing, or too new for the interpreter, is a
 /// message, also where it is the first to be loaded. A signal ends the program at once while packages are loaded: modules in C++ cannot be
 /// interrupted in the middle of their start.
-constexpr const char* kStart = R"(import json, os, signal, sys
+constexpr const char* kStart = R"(import sys  # is built in: a file of the user's cannot take its place
+if sys.path and sys.path[0] == "":
+    del sys.path[0]
+import json, os, signal
 command, sys.argv[:] = sys.argv[1], sys.argv[2:]
 def end(code, status, message):
     try:
@@ -58,8 +61,6 @@ for number in signals:
     if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
         signal.signal(number, lambda *_: end(130, "Cancelled", "interrupted"))
 signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
-if sys.path and sys.path[0] == "":
-    del sys.path[0]
 try:
     import runpy
     runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
@@ -101,6 +102,7 @@ void become_python(const std::string& command, Packages packages, const std::vec
   for (auto& word : all) argv.push_back(word.data());
   argv.push_back(nullptr);
   ::setenv("PYTHONPATH", path.c_str(), 1);
+  ::setenv("PYTHONSAFEPATH", "1", 1);  // no module of the working folder, nor in processes that it starts
   std::signal(SIGINT, SIG_DFL);  // a script starts programs in the background with SIGINT ignored, and the interpreter would leave it so
   std::fflush(nullptr);
   hold_signals();

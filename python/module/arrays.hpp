@@ -5,29 +5,55 @@
 #include <nanobind/ndarray.h>
 
 #include <Eigen/Core>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <vector>
+
+#include "stiction/core/invalid_input.hpp"
 
 // Arguments that NumPy can turn into an array of real numbers: arrays of any type and layout, lists, tuples.
 // Series over time have the time first, (time, n): rows here, columns in C++.
 
 namespace stiction::python {
 
-struct Vector {
-  Eigen::VectorXd value;
+/// An array of a number of dimensions. One of another number is taken too, so that the message about it can name the argument.
+template <class Value, int dimensions>
+class ArrayOf {
+ public:
+  /// @throws core::InvalidInput "NAME: got an array of shape …, expected …"
+  const Value& named(std::string_view name) const {
+    if (!shape.empty())
+      core::throw_invalid(name, "an array of shape " + shape,
+                          dimensions == 1   ? "one dimension, a number each"
+                          : dimensions == 2 ? "two dimensions, a row each"
+                                            : "three dimensions, a series each");
+    return value;
+  }
+
+  Value value;        ///< for the caster; others call named()
+  std::string shape;  ///< of an array with another number of dimensions
 };
 
-struct Matrix {
+using Vector = ArrayOf<Eigen::VectorXd, 1>;
+using Matrix = ArrayOf<Eigen::MatrixXd, 2>;
+
+/// The same in a variant, where another alternative takes arrays of other dimensions.
+struct VectorAlone {
+  Eigen::VectorXd value;
+};
+struct MatrixAlone {
   Eigen::MatrixXd value;
 };
 
 /// N series of T vectors of n numbers, an array (N, T, n): a series is a column, its vectors one after the other.
-struct Series {
+struct SeriesColumns {
   Eigen::MatrixXd columns;  ///< (n·T × N)
   long steps = 0;           ///< T
   long size = 0;            ///< n
 };
+using Series = ArrayOf<SeriesColumns, 3>;
 
 /// Python's bool, or NumPy's, which is another type; nothing else that could stand for one.
 struct Flag {
@@ -114,7 +140,7 @@ bool read_array(nanobind::handle source, T& out) noexcept {
   return true;
 }
 
-inline bool read_array(nanobind::handle source, Series& out) noexcept {
+inline bool read_array(nanobind::handle source, SeriesColumns& out) noexcept {
   nanobind::detail::make_caster<nanobind::ndarray<const double, nanobind::ndim<3>, nanobind::device::cpu>> caster;
   const nanobind::object array = as_array(source);
   if (!array.is_valid() || !caster.from_python(array, 0, nullptr)) return false;
@@ -128,6 +154,19 @@ inline bool read_array(nanobind::handle source, Series& out) noexcept {
     }
   }
   return true;
+}
+
+/// Shape of what NumPy reads as an array of real numbers, as text; nothing where it has `dimensions`, or is no such array.
+inline std::optional<std::string> find_other_shape(nanobind::handle source, int dimensions) noexcept {
+  try {
+    const nanobind::object array = as_array(source);
+    if (!array.is_valid() || nanobind::cast<int>(array.attr("ndim")) == dimensions) return std::nullopt;
+    const nanobind::object shape = array.attr("shape");
+    return std::string(nanobind::repr(shape).c_str());
+  } catch (...) {
+    PyErr_Clear();
+    return std::nullopt;
+  }
 }
 
 /// False, and not what merely counts as false.
@@ -146,6 +185,20 @@ struct array_like_caster {
   }
 };
 
+template <class Numbers, int dimensions>
+struct type_caster<stiction::python::ArrayOf<Numbers, dimensions>> {
+  using Array = stiction::python::ArrayOf<Numbers, dimensions>;
+  NB_TYPE_CASTER(Array, const_name("numpy.typing.ArrayLike"))
+
+  bool from_python(handle source, std::uint32_t, cleanup_list*) noexcept {
+    if (source.is_none()) return false;
+    if (stiction::python::read_array(source, value.value)) return true;
+    const auto shape = stiction::python::find_other_shape(source, dimensions);
+    if (shape) value.shape = *shape;
+    return shape.has_value();
+  }
+};
+
 template <>
 struct type_caster<stiction::python::Flag> {
   NB_TYPE_CASTER(stiction::python::Flag, const_name("bool | numpy.bool_"))
@@ -160,16 +213,8 @@ struct type_caster<stiction::python::Flag> {
 };
 
 template <>
-struct type_caster<stiction::python::Series> {
-  NB_TYPE_CASTER(stiction::python::Series, const_name("numpy.typing.ArrayLike"))
-
-  bool from_python(handle source, std::uint32_t, cleanup_list*) noexcept {
-    return !source.is_none() && stiction::python::read_array(source, value);
-  }
-};
+struct type_caster<stiction::python::VectorAlone> : array_like_caster<stiction::python::VectorAlone> {};
 template <>
-struct type_caster<stiction::python::Vector> : array_like_caster<stiction::python::Vector> {};
-template <>
-struct type_caster<stiction::python::Matrix> : array_like_caster<stiction::python::Matrix> {};
+struct type_caster<stiction::python::MatrixAlone> : array_like_caster<stiction::python::MatrixAlone> {};
 
 }  // namespace nanobind::detail

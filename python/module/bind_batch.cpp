@@ -6,6 +6,7 @@
 #include "step_arguments.hpp"
 #include "stiction/dynamics/disturbances.hpp"
 #include "stiction/dynamics/rollout_batch.hpp"
+#include "watcher.hpp"
 
 namespace stiction::python {
 namespace {
@@ -55,31 +56,35 @@ std::optional<Cube> cube(const StepBatch& batch, const Eigen::MatrixXd& values, 
 
 std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelPtr model, Matrix q, Matrix u, std::optional<Matrix> tau_ext,
                                       Flag with_A, Flag with_B, int threads, BatchWorkspace* workspace) {
-  core::require_size("q.shape[1]", q.value.cols(), model->n_q());
-  core::require_size("u.shape[1]", u.value.cols(), model->n_a());
-  if (tau_ext) core::require_size("tau_ext.shape[1]", tau_ext->value.cols(), model->n_v());
+  core::require_size("q.shape[1]", q.named("q").cols(), model->n_q());
+  core::require_size("u.shape[1]", u.named("u").cols(), model->n_a());
+  if (tau_ext) core::require_size("tau_ext.shape[1]", tau_ext->named("tau_ext").cols(), model->n_v());
   dynamics::StepOptions options = given;
   options.with_A = with_A;
   options.with_B = with_B;
   auto out = std::make_unique<StepBatch>(StepBatch{model, {}, 0});
-  const nb::gil_scoped_release unlocked;
-  const Eigen::MatrixXd q_columns = q.value.transpose(), u_columns = u.value.transpose();
-  const Eigen::MatrixXd tau_columns = tau_ext ? tau_ext->value.transpose() : Eigen::MatrixXd();
-  WorkspaceOfCall work(model, threads, workspace);
-  const auto start = std::chrono::steady_clock::now();
-  (void)dynamics::step_batch(*model, {q_columns, u_columns, tau_ext ? &tau_columns : nullptr}, options, work.get(),
-                             out->result);  // the statuses are in the result
-  out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  Interrupt interrupt;
+  {
+    const nb::gil_scoped_release unlocked;
+    const Eigen::MatrixXd q_columns = q.named("q").transpose(), u_columns = u.named("u").transpose();
+    const Eigen::MatrixXd tau_columns = tau_ext ? tau_ext->named("tau_ext").transpose() : Eigen::MatrixXd();
+    WorkspaceOfCall work(model, threads, workspace);
+    const auto start = std::chrono::steady_clock::now();
+    (void)dynamics::step_batch(*model, {q_columns, u_columns, tau_ext ? &tau_columns : nullptr}, options, work.get(), out->result,
+                               interrupt.control({}));  // the statuses are in the result
+    out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  interrupt.rethrow();
   return out;
 }
 
 Rows calc_weights_aside(const world::Model& model, const Matrix& q, double angle, int draw) {
-  core::require_size("q.shape[1]", q.value.cols(), model.n_q());
+  core::require_size("q.shape[1]", q.named("q").cols(), model.n_q());
   if (!(angle >= 0 && angle < 1.57)) core::throw_invalid("angle", fmt::format("{}", angle), "[0, pi/2) [rad]");
   if (draw < 0 || draw >= dynamics::kDisturbances)
     core::throw_invalid("draw", std::to_string(draw), fmt::format("[0, {}]", dynamics::kDisturbances - 1));
-  Rows out(q.value.rows(), model.n_v());
-  for (Eigen::Index i = 0; i < q.value.rows(); ++i) out.row(i) = dynamics::calc_weights_aside(model, q.value.row(i), angle, draw);
+  Rows out(q.named("q").rows(), model.n_v());
+  for (Eigen::Index i = 0; i < q.named("q").rows(); ++i) out.row(i) = dynamics::calc_weights_aside(model, q.named("q").row(i), angle, draw);
   return out;
 }
 
@@ -105,31 +110,41 @@ Cube owned_series(Eigen::MatrixXd columns, long n) {
 
 std::unique_ptr<RolloutBatch> rollout_batch(const dynamics::StepOptions& options, ModelPtr model, Matrix q_start, Series u, int threads,
                                             BatchWorkspace* workspace) {
-  core::require_size("q_start.shape[1]", q_start.value.cols(), model->n_q());
-  core::require_size("u.shape[2]", u.size, model->n_a());
+  core::require_size("q_start.shape[1]", q_start.named("q_start").cols(), model->n_q());
+  const SeriesColumns& u_series = u.named("u");
+  core::require_size("u.shape[2]", u_series.size, model->n_a());
   auto out = std::make_unique<RolloutBatch>();
   out->n_q = model->n_q();
-  const nb::gil_scoped_release unlocked;
-  const Eigen::MatrixXd starts = q_start.value.transpose();
-  WorkspaceOfCall work(model, threads, workspace);
-  const auto start = std::chrono::steady_clock::now();
-  (void)dynamics::rollout_batch(*model, {starts, u.columns}, options, work.get(), out->result);  // the statuses are in the result
-  out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  Interrupt interrupt;
+  {
+    const nb::gil_scoped_release unlocked;
+    const Eigen::MatrixXd starts = q_start.named("q_start").transpose();
+    WorkspaceOfCall work(model, threads, workspace);
+    const auto start = std::chrono::steady_clock::now();
+    (void)dynamics::rollout_batch(*model, {starts, u_series.columns}, options, work.get(), out->result,
+                                  interrupt.control({}));  // the statuses are in the result
+    out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  interrupt.rethrow();
   return out;
 }
 
 std::pair<Rows, Cube> pull_back(const dynamics::StepOptions& options, ModelPtr model, const RolloutBatch& rolled, Series u, Series D_L_q,
                                 int threads, BatchWorkspace* workspace) {
-  core::require_size("u.shape[2]", u.size, model->n_a());
-  core::require_size("D_L_q.shape[2]", D_L_q.size, model->n_q());
+  const SeriesColumns &u_series = u.named("u"), &D_series = D_L_q.named("D_L_q");
+  core::require_size("u.shape[2]", u_series.size, model->n_a());
+  core::require_size("D_L_q.shape[2]", D_series.size, model->n_q());
   core::require_size("rolled.q.shape[2]", rolled.n_q, model->n_q());
   dynamics::RolloutGradient gradient;
+  Interrupt interrupt;
   {
     const nb::gil_scoped_release unlocked;
     const Eigen::MatrixXd starts = rolled.result.q.topRows(rolled.n_q);
     WorkspaceOfCall work(model, threads, workspace);
-    dynamics::pull_back_rollout(*model, {starts, u.columns}, rolled.result, D_L_q.columns, options, work.get(), gradient);
+    (void)dynamics::pull_back_rollout(*model, {starts, u_series.columns}, rolled.result, D_series.columns, options, work.get(), gradient,
+                                      interrupt.control({}));
   }
+  interrupt.rethrow();
   return {rows(gradient.q_start), owned_series(std::move(gradient.u), model->n_a())};
 }
 

@@ -3,6 +3,7 @@
 #include "pickles.hpp"
 #include "sensor.hpp"
 #include "stiction/sensing/series_columns.hpp"
+#include "torque_arguments.hpp"
 
 namespace stiction::python {
 namespace {
@@ -10,17 +11,19 @@ namespace {
 using sensing::Calibration;
 
 Calibrated calibrate(const ModelPtr& model, const Matrix& q, const Matrix& tau, const std::optional<Vector>& t,
-                     const std::optional<std::vector<int>>& records, const std::optional<std::vector<bool>>& touched,
+                     const std::optional<std::vector<int>>& records, const std::optional<std::vector<Flag>>& touched,
                      const std::optional<std::string>& payload, double same_posture, double settle,
-                     const std::vector<std::variant<int, std::string>>& unmeasured) {
-  sensing::RestRows rows{.q = q.value.transpose(), .tau = tau.value.transpose()};
+                     const std::vector<JointArgument>& unmeasured) {
+  sensing::RestRows rows{.q = q.named("q").transpose(), .tau = tau.named("tau").transpose()};
   std::vector<int> left_out;
-  for (const auto& joint : unmeasured)
-    left_out.push_back(std::holds_alternative<int>(joint) ? std::get<int>(joint) : model->joint_index(std::get<std::string>(joint)));
+  for (const JointArgument& joint : unmeasured) left_out.push_back(find_unmeasured(*model, joint));
   rows.measured = sensing::joints_but(model->n_a(), left_out);
-  if (t) rows.times.assign(t->value.begin(), t->value.end());
+  if (t) {
+    core::require_size("t", t->named("t").size(), rows.tau.cols());
+    rows.times.assign(t->named("t").begin(), t->named("t").end());
+  }
   if (records) rows.records = *records;
-  if (touched) rows.touched = *touched;
+  if (touched) rows.touched.assign(touched->begin(), touched->end());
   sensing::CalibrationOptions options{.same_posture = same_posture, .settle = settle};
   if (payload) options.payload_body = find_link(*model, "payload", *payload);
   const nb::gil_scoped_release unlocked;
@@ -81,14 +84,14 @@ void bind_calibration(nb::module_& m) {
       .def_prop_ro("notes", of(&Calibration::notes), "remarks, one sentence each")
       .def(
           "calc_rest",
-          [](const Calibrated& c, const Vector& q) { return c.values.calc_rest(*c.model, configuration_of(*c.model, "q", q.value)); },
+          [](const Calibrated& c, const Vector& q) { return c.values.calc_rest(*c.model, configuration_of(*c.model, "q", q.named("q"))); },
           "q"_a,
           "Returns the torque offset at a posture, payload included (n_a) [N m; N]. q: configuration (n_q), or joint positions alone "
           "(n_a).")
       .def(
           "calc_noise",
           [](const Calibrated& c, const std::optional<Vector>& touch, double seconds, int rest_rows) {
-            return c.values.calc_noise(touch ? touch->value : Eigen::VectorXd::Zero(c.values.within.rows()), seconds, rest_rows);
+            return c.values.calc_noise(touch ? touch->named("touch") : Eigen::VectorXd::Zero(c.values.within.rows()), seconds, rest_rows);
           },
           nb::kw_only(), "touch"_a = nb::none(), "seconds"_a = 0.0, "rest_rows"_a = 1,
           R"(Returns the TorqueNoise of a measured torque minus the torque offset.
@@ -101,7 +104,7 @@ void bind_calibration(nb::module_& m) {
       });
   m.def("calibrate", &calibrate, "model"_a, "q"_a, "tau"_a, nb::kw_only(), "t"_a = nb::none(), "records"_a = nb::none(),
         "touched"_a = nb::none(), "payload"_a = nb::none(), "same_posture"_a = sensing::CalibrationOptions{}.same_posture,
-        "settle"_a = sensing::CalibrationOptions{}.settle, "unmeasured"_a = std::vector<std::variant<int, std::string>>(),
+        "settle"_a = sensing::CalibrationOptions{}.settle, "unmeasured"_a = std::vector<JointArgument>(),
         R"(Estimates offset, noise and drift of a robot's external joint torques from measurements at rest, and an unknown payload.
 
 Call it before Sensor.sense(): its arguments rest, noise and freedom take the results.
@@ -126,7 +129,7 @@ Returns a Calibration. Raises InvalidInput: wrong sizes, no record with two rows
   m.def(
       "check_sign",
       [](const ModelPtr& model, const Matrix& q, const Matrix& tau) {
-        return sensing::check_sign(*model, q.value.transpose(), tau.value.transpose());
+        return sensing::check_sign(*model, q.named("q").transpose(), tau.named("tau").transpose());
       },
       "model"_a, "q"_a, "tau"_a,
       R"(Determines the sign convention of measured total joint torques, by comparison with gravity.
@@ -136,7 +139,9 @@ Returns a Calibration. Raises InvalidInput: wrong sizes, no record with two rows
 Returns a SignCheck.)");
   m.def(
       "calc_holding_torques",
-      [](const ModelPtr& model, const Vector& q) { return sensing::calc_holding_torques(*model, configuration_of(*model, "q", q.value)); },
+      [](const ModelPtr& model, const Vector& q) {
+        return sensing::calc_holding_torques(*model, configuration_of(*model, "q", q.named("q")));
+      },
       "model"_a, "q"_a,
       "Returns the motor torques that hold the robots against gravity (n_a) [N m; N]. q: configuration (n_q), or joint positions alone "
       "(n_a).");

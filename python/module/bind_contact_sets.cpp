@@ -47,7 +47,7 @@ ContactSets sense_with_options(const Sensor& sensor, const Vector& q, const Vect
                                const ContactSets* last, int max_contacts, double friction, int rays, const NoiseArgument& noise,
                                std::optional<double> threshold, double tolerance, int starts, int descents,
                                const std::optional<RestArgument>& rest, int sign, const std::vector<JointArgument>& unmeasured) {
-  const Eigen::VectorXd full = configuration_of(sensor.model(), "q", q.value);
+  const Eigen::VectorXd full = configuration_of(sensor.model(), "q", q.named("q"));
   sensing::ContactSetOptions options;
   options.sense.cone = sensing::FrictionCone(friction, rays);
   set_torques(sensor.model(), {noise, std::nullopt, rest, sign, unmeasured}, options.sense);
@@ -57,7 +57,7 @@ ContactSets sense_with_options(const Sensor& sensor, const Vector& q, const Vect
   options.starts = starts;
   options.descents = descents;
   const nb::gil_scoped_release unlocked;
-  return sense_contacts(sensor, full, tau.value, base ? &*base : nullptr, last, options);
+  return sense_contacts(sensor, full, tau.named("tau"), base ? &*base : nullptr, last, options);
 }
 
 std::string to_text(const ContactSet& s) {

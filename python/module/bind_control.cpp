@@ -68,7 +68,7 @@ std::shared_ptr<ContactController> make_controller(const ModelPtr& model, Law la
   options.max_contacts = max_contacts;
   options.revolute_speed = revolute_speed;
   options.prismatic_speed = prismatic_speed;
-  if (torque) options.torque = torque->value;
+  if (torque) options.torque = torque->named("torque");
   options.tool_length = tool_length;
   return std::make_shared<ContactController>(ContactController{model, control::ContactController(model, options)});
 }
@@ -201,7 +201,7 @@ void bind_state(nb::module_& m) {
           "__init__",
           [](ControllerState* self, double time, const Vector& q, const Vector& q_ref, std::vector<ContactForce> contacts,
              std::optional<ToolReference> tool) {
-            new (self) ControllerState{time, q.value, q_ref.value, std::move(contacts), std::move(tool)};
+            new (self) ControllerState{time, q.named("q"), q_ref.named("q_ref"), std::move(contacts), std::move(tool)};
           },
           nb::kw_only(), "time"_a, "q"_a, "q_ref"_a, "contacts"_a = std::vector<ContactForce>{}, "tool"_a = nb::none())
       .def_ro("time", &ControllerState::time, "time of the measurement [s]")
@@ -295,7 +295,7 @@ Raises InvalidInput, which names the argument, also for a robot without stiffnes
       .def_prop_ro(
           "lambda_max", [](const ContactController& c) { return c.controller.options().lambda_max; }, "bound on contact forces [N]")
       .def(
-          "configure", [](ContactController& self, const Vector& q) { self.controller.configure(q.value); }, "q"_a,
+          "configure", [](ContactController& self, const Vector& q) { self.controller.configure(q.named("q")); }, "q"_a,
           "Resets the controller. Its first command is q, the present joint positions (n_a) [rad or m]. Raises InvalidInput: wrong size, "
           "not finite.")
       .def("update", &update, "state"_a, "dt"_a,

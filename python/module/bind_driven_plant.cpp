@@ -36,7 +36,7 @@ auto reader(R (simulation::DrivenPlant::*get)() const) {
 core::Status advance(DrivenPlant& self, const Vector& command, double duration) {
   const nb::gil_scoped_release unlocked;
   const Occupied occupied(self.busy, "plant");
-  return self.plant.advance(command.value, duration);
+  return self.plant.advance(command.named("command"), duration);
 }
 
 void set_push(DrivenPlant& self, const std::string& body, const Vector& p_BP, const Vector& force_W) {
@@ -74,7 +74,7 @@ Raises InvalidInput, which names the argument.
           "reset",
           [](DrivenPlant& self, const Vector& q) {
             const Occupied occupied(self.busy, "plant");
-            self.plant.reset(q.value);
+            self.plant.reset(q.named("q"));
           },
           "q"_a, "Resets the simulation: at rest in q (n_q) at time 0, without a push.")
       .def("set_push", &set_push, "body"_a, "p_BP"_a, "force_W"_a,

@@ -47,16 +47,16 @@ struct Knot {
 /// The arguments of a step. @throws core::InvalidInput by the name of the argument
 dynamics::StepInput step_input(const world::Model& model, const Vector& q, const Vector& u, const std::optional<Vector>& tau_ext,
                                const std::optional<Vector>& damping) {
-  world::require_configuration(model, "q", q.value);
+  world::require_configuration(model, "q", q.named("q"));
   require_vector("u", u, model.n_a());
-  dynamics::StepInput in{q.value, u.value};
+  dynamics::StepInput in{q.named("q"), u.named("u")};
   if (tau_ext) {
     require_vector("tau_ext", *tau_ext, model.n_v());
-    in.tau_ext = &tau_ext->value;
+    in.tau_ext = &tau_ext->named("tau_ext");
   }
   if (damping) {
     require_vector("damping", *damping, model.n_v());
-    in.damping = &damping->value;
+    in.damping = &damping->named("damping");
   }
   return in;
 }
@@ -95,14 +95,15 @@ RolloutResult rollout(const StepOptions& options, ModelPtr model, Vector q, Vect
                       double joint_travel, double slide, int max_substeps, StepWorkspace* workspace) {
   RolloutResult out{model, options.h, {}};
   const dynamics::SubstepLimits limits{joint_angle, joint_travel, slide, max_substeps};
-  world::require_configuration(*model, "q", q.value);
+  world::require_configuration(*model, "q", q.named("q"));
   require_vector("u_start", u_start, model->n_a());
   require_vector("u_end", u_end, model->n_a());
   const nb::gil_scoped_release unlocked;
   std::optional<StepWorkspace> own;
   if (workspace == nullptr) workspace = &own.emplace(model);
   const Occupied occupied(workspace->busy);
-  (void)dynamics::rollout(*model, q.value, u_start.value, u_end.value, options, limits, workspace->work, out.result);
+  (void)dynamics::rollout(*model, q.named("q"), u_start.named("u_start"), u_end.named("u_end"), options, limits, workspace->work,
+                          out.result);
   return out;
 }
 
@@ -285,7 +286,7 @@ void bind_sampling(nb::module_& m, const char* name, const char* doc) {
       .def(
           "__init__",
           [](Scheme* self, const Vector& std_q, const Vector& std_u, int samples, std::uint64_t seed) {
-            new (self) Scheme{{std_q.value, std_u.value, samples, seed}};
+            new (self) Scheme{{std_q.named("std_q"), std_u.named("std_u"), samples, seed}};
           },
           nb::kw_only(), "std_q"_a, "std_u"_a, "samples"_a = standard.samples, "seed"_a = standard.seed,
           R"(A scheme that samples configurations and commands from a normal distribution.

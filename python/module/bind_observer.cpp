@@ -9,7 +9,7 @@ namespace {
 using sensing::JointFriction;
 
 sensing::MotionRecord make_record(const Vector& t, const Matrix& q, const Matrix& qd, const Matrix& tau) {
-  return {{t.value.begin(), t.value.end()}, q.value.transpose(), qd.value.transpose(), tau.value.transpose()};
+  return {{t.named("t").begin(), t.named("t").end()}, q.named("q").transpose(), qd.named("qd").transpose(), tau.named("tau").transpose()};
 }
 
 Rows observe(const ModelPtr& model, const Vector& t, const Matrix& q, const Matrix& qd, const Matrix& tau, double time_constant,
@@ -47,25 +47,26 @@ sense(q, onset.mean, rest=onset.rest, noise=onset.noise). Only one thread may us
 Raises InvalidInput, which names the argument.)")
       .def(
           "__init__",
-          [](TouchOnset* self, const Vector& rest, const std::variant<Vector, Matrix>& noise, const std::optional<Vector>& drift,
+          [](TouchOnset* self, const Vector& rest, const std::variant<VectorAlone, MatrixAlone>& noise, const std::optional<Vector>& drift,
              double hysteresis, double settle, double false_alarms, double shift, int rest_rows, int quiet) {
-            sensing::OnsetOptions options{.noise = std::holds_alternative<Vector>(noise) ? Eigen::MatrixXd(std::get<Vector>(noise).value)
-                                                                                         : std::get<Matrix>(noise).value,
+            sensing::OnsetOptions options{.noise = std::holds_alternative<VectorAlone>(noise)
+                                                       ? Eigen::MatrixXd(std::get<VectorAlone>(noise).value)
+                                                       : std::get<MatrixAlone>(noise).value,
                                           .hysteresis = hysteresis,
                                           .settle = settle,
                                           .false_alarms = false_alarms,
                                           .shift = shift,
                                           .rest_rows = rest_rows,
                                           .quiet = quiet};
-            if (drift) options.drift = drift->value;
-            new (self) TouchOnset(rest.value, std::move(options));
+            if (drift) options.drift = drift->named("drift");
+            new (self) TouchOnset(rest.named("rest"), std::move(options));
           },
           "rest"_a, "noise"_a, nb::kw_only(), "drift"_a = nb::none(), "hysteresis"_a = sensing::OnsetOptions{}.hysteresis,
           "settle"_a = sensing::OnsetOptions{}.settle, "false_alarms"_a = sensing::OnsetOptions{}.false_alarms,
           "shift"_a = sensing::OnsetOptions{}.shift, "rest_rows"_a = sensing::OnsetOptions{}.rest_rows,
           "quiet"_a = sensing::OnsetOptions{}.quiet)
       .def(
-          "update", [](TouchOnset& self, const Vector& tau, double dt) { return self.update(tau.value, dt); }, "tau"_a, "dt"_a,
+          "update", [](TouchOnset& self, const Vector& tau, double dt) { return self.update(tau.named("tau"), dt); }, "tau"_a, "dt"_a,
           "Processes one row of torques (n) [N m; N], measured dt [s] after the previous row. Returns True while something touches.")
       .def_prop_ro("touches", &TouchOnset::touches, "True: something touches")
       .def_prop_ro("rows", &TouchOnset::rows, "number of rows since the touch began")

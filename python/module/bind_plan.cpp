@@ -42,7 +42,15 @@ std::shared_ptr<Plan> read_plan(const std::filesystem::path& file) { return std:
 /// @param folder  that the path of the task in the text is relative to
 std::shared_ptr<Plan> parse_plan(const std::string& text, const std::optional<std::filesystem::path>& folder) {
   const std::filesystem::path file = folder_of(folder) / "plan.json";
-  return std::make_shared<Plan>(tasks::parse_plan(text, file), file);
+  try {
+    return std::make_shared<Plan>(tasks::parse_plan(text, file), file);
+  } catch (const core::InvalidInput& error) {  // there is no such file: what is wrong stands in the text
+    std::string message = error.what();
+    const std::string name = file.string();
+    for (std::size_t at = message.find(name); at != std::string::npos; at = message.find(name, at))
+      message.replace(at, name.size(), "text");
+    throw core::InvalidInput(message);
+  }
 }
 
 std::string to_text(const Plan& plan, const std::optional<std::filesystem::path>& folder) {
@@ -134,8 +142,12 @@ std::unique_ptr<Refined> refine(const Plan& plan, const std::optional<OptionsLik
 
 std::unique_ptr<CheckReport> check_plan(const Plan& plan) {
   auto out = std::make_unique<CheckReport>();
-  const nb::gil_scoped_release unlocked;
-  (void)tasks::check_plan(plan.task, plan.file, {}, {}, *out);
+  Interrupt interrupt;
+  {
+    const nb::gil_scoped_release unlocked;
+    (void)tasks::check_plan(plan.task, plan.file, {}, interrupt.control({}), *out);
+  }
+  interrupt.rethrow();
   return out;
 }
 

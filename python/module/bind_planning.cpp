@@ -63,8 +63,8 @@ std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Ve
                                  double timeout_s, const Callback& on_progress, const OnGrowth& on_growth) {
   auto out =
       std::make_unique<PlanResult>(PlanResult{task, options ? options_of({task.model, task.options}, *options) : task.options, {}, {}});
-  if (q_start) tasks::set_start(out->task, q_start->value);
-  const Eigen::VectorXd u = u_start ? u_start->value : Eigen::VectorXd();
+  if (q_start) tasks::set_start(out->task, q_start->named("q_start"));
+  const Eigen::VectorXd u = u_start ? u_start->named("u_start") : Eigen::VectorXd();
   if (seed) out->options.seed = *seed;
   if (threads) out->options.threads = *threads;
   out->options.validate(*task.model);

@@ -156,7 +156,7 @@ double calc_distance(const SenseResult& r, const std::string& link, const Vector
 
 sensing::Discrimination discriminate(const SenseResult& r, const Vector& q, Flag all, double joint_step, std::optional<double> travel,
                                      double least, double sideways) {
-  const Eigen::VectorXd full = configuration_of(r.sensor->model(), "q", q.value);
+  const Eigen::VectorXd full = configuration_of(r.sensor->model(), "q", q.named("q"));
   std::vector<sensing::Candidate> candidates;
   for (const sensing::Candidate& c : r.result.candidates)
     if (all || c.explains) candidates.push_back(c);

@@ -7,6 +7,7 @@
 #include "stiction/sensing/detectability.hpp"
 #include "stiction/world/cache_file.hpp"
 #include "torque_arguments.hpp"
+#include "watcher.hpp"
 
 namespace stiction::python {
 
@@ -44,10 +45,10 @@ SenseResult sense(Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorX
 }
 
 std::vector<SenseResult> sense_series(Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau,
-                                      const sensing::SenseOptions& options, const std::vector<int>& gaps) {
+                                      const sensing::SenseOptions& options, const core::RunControl& control, const std::vector<int>& gaps) {
   std::vector<SenseResult> out;
   out.reserve(static_cast<std::size_t>(q.cols()));
-  for (Eigen::Index i = 0; i < q.cols(); ++i) {
+  for (Eigen::Index i = 0; i < q.cols() && !control.stop(); ++i) {
     const bool fresh = i == 0 || std::find(gaps.begin(), gaps.end(), static_cast<int>(i)) != gaps.end();
     out.push_back(sense(sensor, configuration_of(sensor.model(), fmt::format("q[{}]", i), q.col(i)), tau.col(i),
                         fresh ? nullptr : &out.back(), options));
@@ -129,35 +130,41 @@ Raises InvalidInput, which names the argument: wrong sizes, numbers that are not
 }
 
 SenseResult sense_once(const SenseOptions& options, Sensor& sensor, Vector q, Vector tau, const SenseResult* last) {
-  const Eigen::VectorXd full = configuration_of(sensor.model(), "q", q.value);
+  const Eigen::VectorXd full = configuration_of(sensor.model(), "q", q.named("q"));
   const nb::gil_scoped_release unlocked;
-  return sense(sensor, full, tau.value, last, options);
+  return sense(sensor, full, tau.named("tau"), last, options);
 }
 
 std::vector<SenseResult> sense_many(const SenseOptions& options, Sensor& sensor, Matrix q, Matrix tau) {
-  if (q.value.rows() != tau.value.rows())
-    core::throw_invalid("tau", fmt::format("{} moments", tau.value.rows()), fmt::format("those of q, {}", q.value.rows()));
-  const nb::gil_scoped_release unlocked;
-  return sense_series(sensor, q.value.transpose(), tau.value.transpose(), options);
+  if (q.named("q").rows() != tau.named("tau").rows())
+    core::throw_invalid("tau", fmt::format("{} moments", tau.named("tau").rows()), fmt::format("those of q, {}", q.named("q").rows()));
+  Interrupt interrupt;
+  std::vector<SenseResult> out;
+  {
+    const nb::gil_scoped_release unlocked;
+    out = sense_series(sensor, q.named("q").transpose(), tau.named("tau").transpose(), options, interrupt.control({}));
+  }
+  interrupt.rethrow();
+  return out;
 }
 
 SenseResult sense_moments(const SenseOptions& options, Sensor& sensor, Matrix q, Matrix tau, double correlation) {
-  Eigen::MatrixXd full(sensor.model().n_q(), q.value.rows());
-  for (Eigen::Index i = 0; i < q.value.rows(); ++i)
-    full.col(i) = configuration_of(sensor.model(), fmt::format("q[{}]", i), q.value.row(i).transpose());
+  Eigen::MatrixXd full(sensor.model().n_q(), q.named("q").rows());
+  for (Eigen::Index i = 0; i < q.named("q").rows(); ++i)
+    full.col(i) = configuration_of(sensor.model(), fmt::format("q[{}]", i), q.named("q").row(i).transpose());
   const nb::gil_scoped_release unlocked;
   SenseResult out{sensor.ptr(), {}};
   Sensor::Borrowed borrowed(sensor);
-  sensing::sense_touch(sensor.get(), full, tau.value.transpose(), correlation, options, borrowed.work(), out.result);
+  sensing::sense_touch(sensor.get(), full, tau.named("tau").transpose(), correlation, options, borrowed.work(), out.result);
   return out;
 }
 
 /// Vectors, one a row. @throws core::InvalidInput: not (n, 3), not finite
 const Eigen::MatrixXd& require_points(const char* name, const Matrix& matrix) {
-  if (matrix.value.cols() != 3)
-    core::throw_invalid(name, fmt::format("shape ({}, {})", matrix.value.rows(), matrix.value.cols()), "(points, 3)");
-  core::require_finite(name, {matrix.value.data(), static_cast<std::size_t>(matrix.value.size())});
-  return matrix.value;
+  if (matrix.named(name).cols() != 3)
+    core::throw_invalid(name, fmt::format("shape ({}, {})", matrix.named(name).rows(), matrix.named(name).cols()), "(points, 3)");
+  core::require_finite(name, {matrix.named(name).data(), static_cast<std::size_t>(matrix.named(name).size())});
+  return matrix.named(name);
 }
 
 /// Points of a surface with their outward normals, of any length but 0.
@@ -189,7 +196,7 @@ const sensing::SensedLink& link_of(const Sensor& sensor, const std::string& name
 Eigen::VectorXd calc_residuals(Sensor& sensor, const Vector& q, const Vector& tau, const std::string& link, const Matrix& p_L,
                                const Matrix& n_L, double friction, int rays) {
   const world::Model& model = sensor.model();
-  const Eigen::VectorXd full = configuration_of(model, "q", q.value);
+  const Eigen::VectorXd full = configuration_of(model, "q", q.named("q"));
   require_vector("tau", tau, model.n_a());
   const sensing::SampleBatch batch = make_batch(p_L, n_L);
   const sensing::FrictionCone cone(friction, rays);
@@ -201,7 +208,7 @@ Eigen::VectorXd calc_residuals(Sensor& sensor, const Vector& q, const Vector& ta
   Eigen::Matrix3Xd J_w, J_v;
   sensing::calc_link_jacobian(model, kinematics, body, J_w, J_v);
   Eigen::VectorXd out(batch.rows.cols());
-  sensing::calc_residuals(sensing::LinkTorque(J_w, J_v, tau.value), batch, cone, out);
+  sensing::calc_residuals(sensing::LinkTorque(J_w, J_v, tau.named("tau")), batch, cone, out);
   return out.head(batch.size);
 }
 
@@ -225,7 +232,7 @@ sensing::DetectabilityMap calc_detectability(Sensor& sensor, const std::string& 
 }
 
 Eigen::VectorXd calc_contact_torque(const ModelPtr& model, const Vector& q, const std::string& link, const Vector& p_L, const Vector& f_L) {
-  const Eigen::VectorXd full = configuration_of(*model, "q", q.value);
+  const Eigen::VectorXd full = configuration_of(*model, "q", q.named("q"));
   const int body = find_link(*model, "link", link);
   return sensing::calc_contact_torque(*model, full, body, require_vector3("p_L", p_L), require_vector3("f_L", f_L));
 }

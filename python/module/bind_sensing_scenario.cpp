@@ -5,6 +5,7 @@
 #include "sensor.hpp"
 #include "stiction/execution/contact_control/poke.hpp"
 #include "stiction/tasks/sensing_scenario_file.hpp"
+#include "watcher.hpp"
 #include "yaml_text.hpp"
 
 namespace stiction::python {
@@ -53,22 +54,28 @@ std::optional<KnownContact> contact_of(const Scenario& s) {
 }
 
 std::vector<SenseResult> sense_scenario(Scenario& scenario) {
-  const nb::gil_scoped_release unlocked;
   const sensing::Series& series = scenario.values.series;
-  return sense_series(*scenario.sensor, series.q, series.tau, scenario.values.options, series.gaps);
+  Interrupt interrupt;
+  std::vector<SenseResult> out;
+  {
+    const nb::gil_scoped_release unlocked;
+    out = sense_series(*scenario.sensor, series.q, series.tau, scenario.values.options, interrupt.control({}), series.gaps);
+  }
+  interrupt.rethrow();
+  return out;
 }
 
 SenseResult sense_moment(Scenario& scenario, const Vector& q, const Vector& tau, const SenseResult* last) {
-  const Eigen::VectorXd full = configuration_of(scenario.sensor->model(), "q", q.value);
+  const Eigen::VectorXd full = configuration_of(scenario.sensor->model(), "q", q.named("q"));
   const nb::gil_scoped_release unlocked;
-  return sense(*scenario.sensor, full, tau.value, last, scenario.values.options);
+  return sense(*scenario.sensor, full, tau.named("tau"), last, scenario.values.options);
 }
 
 ContactSets sense_contacts_moment(Scenario& scenario, const Vector& q, const Vector& tau, const std::optional<sensing::BaseWrench>& base,
                                   const ContactSets* last) {
-  const Eigen::VectorXd full = configuration_of(scenario.sensor->model(), "q", q.value);
+  const Eigen::VectorXd full = configuration_of(scenario.sensor->model(), "q", q.named("q"));
   const nb::gil_scoped_release unlocked;
-  return sense_contacts(*scenario.sensor, full, tau.value, base ? &*base : nullptr, last, scenario.values.set_options());
+  return sense_contacts(*scenario.sensor, full, tau.named("tau"), base ? &*base : nullptr, last, scenario.values.set_options());
 }
 
 std::vector<sensing::BaseWrench> base_wrenches(const Scenario& s) {

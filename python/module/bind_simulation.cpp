@@ -32,13 +32,13 @@ std::shared_ptr<const Plant> make_plant(const ModelPtr& model, double timestep, 
 simulation::SimulationResult simulate(const std::shared_ptr<const Plant>& plant, const Vector& q0, const Vector& times, const Matrix& u,
                                       const std::optional<Vector>& v0, double record_interval, std::optional<double> timeout_s) {
   simulation::SimulationResult out;
-  if (u.value.rows() != times.value.size() || u.value.cols() != plant->model().n_a()) {
-    core::throw_invalid("u", fmt::format("shape ({}, {})", u.value.rows(), u.value.cols()),
-                        fmt::format("(knots, n_a) = ({}, {})", times.value.size(), plant->model().n_a()));
+  if (u.named("u").rows() != times.named("times").size() || u.named("u").cols() != plant->model().n_a()) {
+    core::throw_invalid("u", fmt::format("shape ({}, {})", u.named("u").rows(), u.named("u").cols()),
+                        fmt::format("(knots, n_a) = ({}, {})", times.named("times").size(), plant->model().n_a()));
   }
-  const Eigen::MatrixXd columns = u.value.transpose();
-  simulation::SimulationInput in{q0.value, times.value, columns};
-  if (v0) in.v0 = &v0->value;
+  const Eigen::MatrixXd columns = u.named("u").transpose();
+  simulation::SimulationInput in{q0.named("q0"), times.named("times"), columns};
+  if (v0) in.v0 = &v0->named("v0");
   Interrupt interrupt;
   const core::RunControl control = interrupt.control(timeout_s);
   const nb::gil_scoped_release unlocked;

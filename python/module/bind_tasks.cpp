@@ -47,8 +47,8 @@ Task import_scene(const std::filesystem::path& file, const std::optional<std::fi
 Task with(const Task& task, const std::optional<Vector>& start, const std::optional<Vector>& goal,
           const std::optional<OptionsLike>& options) {
   Task out = task;
-  if (start) tasks::set_start(out, start->value);
-  if (goal) tasks::set_goal(out, {goal->value.data(), static_cast<std::size_t>(goal->value.size())});
+  if (start) tasks::set_start(out, start->named("start"));
+  if (goal) tasks::set_goal(out, {goal->named("goal").data(), static_cast<std::size_t>(goal->named("goal").size())});
   if (options) {
     out.options = options_of({task.model, task.options}, *options);
     out.options_from_command_line = true;
@@ -57,10 +57,10 @@ Task with(const Task& task, const std::optional<Vector>& start, const std::optio
 }
 
 Rows goal_errors(const Task& task, const Matrix& q) {
-  core::require_size("q.shape[1]", q.value.cols(), task.model->n_q());
-  Rows out(q.value.rows(), 2);
-  for (Eigen::Index i = 0; i < q.value.rows(); ++i) {
-    const Eigen::VectorXd one = q.value.row(i);
+  core::require_size("q.shape[1]", q.named("q").cols(), task.model->n_q());
+  Rows out(q.named("q").rows(), 2);
+  for (Eigen::Index i = 0; i < q.named("q").rows(); ++i) {
+    const Eigen::VectorXd one = q.named("q").row(i);
     world::require_configuration(*task.model, fmt::format("q[{}]", i), one);
     const planning::GoalError error = planning::goal_error(*task.model, one, task.problem.goal);
     out.row(i) << error.position, error.angle;
@@ -80,7 +80,7 @@ using GoalLike = std::variant<std::vector<std::optional<double>>, Vector>;  // a
 
 void set_goal(Task& task, const GoalLike& values) {
   if (const auto* numbers = std::get_if<Vector>(&values))
-    return tasks::set_goal(task, {numbers->value.data(), static_cast<std::size_t>(numbers->value.size())});
+    return tasks::set_goal(task, {numbers->named("goal").data(), static_cast<std::size_t>(numbers->named("goal").size())});
   tasks::set_goal(task, std::get<std::vector<std::optional<double>>>(values));
 }
 
@@ -168,11 +168,11 @@ Returns position [m] and angle [rad] for each (N, 2).)")
       .def(
           "follow",
           [](const Task& task, const Matrix& u, const std::optional<Vector>& u_start) {
-            core::require_size("u.shape[1]", u.value.cols(), task.model->n_a());
-            const Eigen::MatrixXd columns = u.value.transpose();
+            core::require_size("u.shape[1]", u.named("u").cols(), task.model->n_a());
+            const Eigen::MatrixXd columns = u.named("u").transpose();
             const nb::gil_scoped_release unlocked;
             return std::make_shared<Plan>(task, task.options,
-                                          tasks::make_commanded(task, columns, u_start ? u_start->value : Eigen::VectorXd()));
+                                          tasks::make_commanded(task, columns, u_start ? u_start->named("u_start") : Eigen::VectorXd()));
           },
           "u"_a, nb::kw_only(), "u_start"_a = nb::none(),
           R"(Simulates commands from the start with the dynamics of the planner, and returns the motion as a plan with one push.

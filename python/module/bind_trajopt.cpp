@@ -15,27 +15,28 @@ using trajopt::CostTerms;
 using trajopt::IterationLog;
 using trajopt::OptimizeResult;
 
-std::vector<Eigen::VectorXd> vectors_of(const Matrix& rows) {
+std::vector<Eigen::VectorXd> vectors_of(const Eigen::MatrixXd& rows) {
   std::vector<Eigen::VectorXd> out;
-  for (const auto& row : rows.value.rowwise()) out.emplace_back(row.transpose());
+  for (const auto& row : rows.rowwise()) out.emplace_back(row.transpose());
   return out;
 }
 
 /// The start is that of the reference, the horizon its length, and the guess stays at the start.
 void follow(const world::Model& model, const Matrix& reference, Eigen::VectorXd& q_start, trajopt::OptimizeInput& input) {
-  core::require_size("reference.shape[1]", reference.value.cols(), model.n_q());
-  if (reference.value.rows() < 2)
-    core::throw_invalid("reference", fmt::format("{} configurations", reference.value.rows()), "at least two, the start first");
-  input.reference = vectors_of(reference);
+  core::require_size("reference.shape[1]", reference.named("reference").cols(), model.n_q());
+  if (reference.named("reference").rows() < 2)
+    core::throw_invalid("reference", fmt::format("{} configurations", reference.named("reference").rows()),
+                        "at least two, the start first");
+  input.reference = vectors_of(reference.named("reference"));
   q_start = input.reference[0];
-  const int horizon = static_cast<int>(reference.value.rows()) - 1;
+  const int horizon = static_cast<int>(reference.named("reference").rows()) - 1;
   input.u_guess = trajopt::constant_inputs(model, q_start, horizon);
 }
 
 void take_guess(const world::Model& model, const Matrix& u_guess, trajopt::OptimizeInput& input) {
-  core::require_size("u_guess.shape[1]", u_guess.value.cols(), model.n_a());
-  core::require_size("u_guess.shape[0]", u_guess.value.rows(), static_cast<long>(input.u_guess.size()));
-  input.u_guess = vectors_of(u_guess);
+  core::require_size("u_guess.shape[1]", u_guess.named("u_guess").cols(), model.n_a());
+  core::require_size("u_guess.shape[0]", u_guess.named("u_guess").rows(), static_cast<long>(input.u_guess.size()));
+  input.u_guess = vectors_of(u_guess.named("u_guess"));
 }
 
 std::unique_ptr<OptimizeResult> optimize(const tasks::Task& task, std::optional<std::string> scheme, std::optional<std::string> solver,
@@ -51,8 +52,8 @@ std::unique_ptr<OptimizeResult> optimize(const tasks::Task& task, std::optional<
   const auto standard = tasks::make_optimize_input(chosen);
   trajopt::OptimizeInput input{q_start, standard.u_guess, standard.reference, nullptr};
   if (u_before) {
-    core::require_size("u_before", u_before->value.size(), task.model->n_a());
-    input.u_before = &u_before->value;
+    core::require_size("u_before", u_before->named("u_before").size(), task.model->n_a());
+    input.u_before = &u_before->named("u_before");
   }
   if (reference) {
     follow(*chosen.model, *reference, q_start, input);

@@ -32,7 +32,7 @@ tasks::LinkTarget target_of(const Model& model, const std::string& name, const W
                         fmt::format("a link that moves, one of {}", fmt::join(known, ", ")));
   }
   if (const auto* pose = std::get_if<world::Pose>(&wanted)) return {.body = found[0], .p_WB = pose->p, .R_WB = pose->R};
-  const Eigen::VectorXd& p = std::get<Vector>(wanted).value;
+  const Eigen::VectorXd& p = std::get<Vector>(wanted).named("poses");
   core::require_size(fmt::format("poses['{}']", name), p.size(), 3);
   return {.body = found[0], .p_WB = p};
 }
@@ -42,7 +42,7 @@ tasks::PlacedLinks place_links(const Model& model, const Vector& q, const std::m
   std::vector<tasks::LinkTarget> targets;
   for (const auto& [name, wanted] : poses) targets.push_back(target_of(model, name, wanted));
   const nb::gil_scoped_release unlocked;
-  return tasks::place_links(model, q.value, targets, {.postures = postures, .overlap = overlap});
+  return tasks::place_links(model, q.named("q"), targets, {.postures = postures, .overlap = overlap});
 }
 
 }  // namespace

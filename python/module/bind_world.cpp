@@ -45,24 +45,24 @@ using world::Model;
 using world::Pose;
 
 Eigen::VectorXd retract(const Model& model, const Vector& q, const Vector& delta) {
-  world::require_configuration(model, "q", q.value);
-  core::require_size("delta", delta.value.size(), model.n_v());
+  world::require_configuration(model, "q", q.named("q"));
+  core::require_size("delta", delta.named("delta").size(), model.n_v());
   Eigen::VectorXd out(model.n_q());
-  world::retract(model, q.value, delta.value, out);
+  world::retract(model, q.named("q"), delta.named("delta"), out);
   return out;
 }
 
 Eigen::VectorXd local(const Model& model, const Vector& q0, const Vector& q1) {
-  world::require_configuration(model, "q0", q0.value);
-  world::require_configuration(model, "q1", q1.value);
+  world::require_configuration(model, "q0", q0.named("q0"));
+  world::require_configuration(model, "q1", q1.named("q1"));
   Eigen::VectorXd out(model.n_v());
-  world::local(model, q0.value, q1.value, out);
+  world::local(model, q0.named("q0"), q1.named("q1"), out);
   return out;
 }
 
 Pose object_pose(const Model& model, const Vector& q, const std::string& object) {
-  world::require_configuration(model, "q", q.value);
-  return world::object_pose(model, q.value, model.object_index(object));
+  world::require_configuration(model, "q", q.named("q"));
+  return world::object_pose(model, q.named("q"), model.object_index(object));
 }
 
 Eigen::Vector4d quaternion_of(const Pose& X) {
@@ -72,11 +72,11 @@ Eigen::Vector4d quaternion_of(const Pose& X) {
 
 /// (N, 7): x y z, then the quaternion w x y z.
 Rows object_poses(const Model& model, const Matrix& q, const std::string& object) {
-  core::require_size("q.shape[1]", q.value.cols(), model.n_q());
+  core::require_size("q.shape[1]", q.named("q").cols(), model.n_q());
   const int index = model.object_index(object);
-  Rows out(q.value.rows(), 7);
-  for (Eigen::Index i = 0; i < q.value.rows(); ++i) {
-    const Eigen::VectorXd one = q.value.row(i);
+  Rows out(q.named("q").rows(), 7);
+  for (Eigen::Index i = 0; i < q.named("q").rows(); ++i) {
+    const Eigen::VectorXd one = q.named("q").row(i);
     world::require_configuration(model, fmt::format("q[{}]", i), one);
     const world::Pose X = world::object_pose(model, one, index);
     out.row(i) << X.p.transpose(), quaternion_of(X).transpose();
@@ -85,10 +85,10 @@ Rows object_poses(const Model& model, const Matrix& q, const std::string& object
 }
 
 world::Kinematics calc_kinematics(const Model& model, const Vector& q) {
-  world::require_configuration(model, "q", q.value);
+  world::require_configuration(model, "q", q.named("q"));
   world::KinematicsWorkspace work(model);
   world::Kinematics out;
-  world::calc_kinematics(model, q.value, work, out);
+  world::calc_kinematics(model, q.named("q"), work, out);
   return out;
 }
 
@@ -116,16 +116,16 @@ nb::dict body_poses(const Model& model, const Vector& q) {
 
 /// A rotation to as many digits as a file writes. @throws core::InvalidInput
 Pose make_pose(const Matrix& R, const Vector& p) {
-  core::require_size("R: rows", R.value.rows(), 3);
-  core::require_size("R: columns", R.value.cols(), 3);
-  core::require_size("p", p.value.size(), 3);
-  core::require_finite("p", {p.value.data(), 3});
-  const Eigen::Matrix3d rotation = R.value;
+  core::require_size("R: rows", R.named("R").rows(), 3);
+  core::require_size("R: columns", R.named("R").cols(), 3);
+  core::require_size("p", p.named("p").size(), 3);
+  core::require_finite("p", {p.named("p").data(), 3});
+  const Eigen::Matrix3d rotation = R.named("R");
   const double off = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   constexpr double kOrthonormal = 1e-6;
   if (!(off <= kOrthonormal)) core::throw_invalid("R", fmt::format("RᵀR that differs from 1 by {:.3g}", off), "a rotation");
   if (rotation.determinant() < 0) core::throw_invalid("R", "a reflection", "a rotation");
-  return {rotation, p.value};
+  return {rotation, p.named("p")};
 }
 
 /// By name of the robot; those of an MJCF have none.

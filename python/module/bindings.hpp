@@ -94,9 +94,10 @@ int find_link(const world::Model& model, std::string_view field, const std::stri
 
 /// @throws core::InvalidInput: size, not finite
 inline const Eigen::VectorXd& require_vector(std::string_view name, const Vector& vector, long size) {
-  core::require_size(name, vector.value.size(), size);
-  core::require_finite(name, {vector.value.data(), static_cast<std::size_t>(size)});
-  return vector.value;
+  const Eigen::VectorXd& value = vector.named(name);
+  core::require_size(name, value.size(), size);
+  core::require_finite(name, {value.data(), static_cast<std::size_t>(size)});
+  return value;
 }
 inline Eigen::Vector3d require_vector3(std::string_view name, const Vector& vector) { return require_vector(name, vector, 3); }
 

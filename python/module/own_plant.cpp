@@ -87,7 +87,7 @@ void bind_plants(nb::module_& m) {
       .def(
           "__init__",
           [](Measurement* self, double time, const Vector& q, const Vector& u, std::optional<double> object_time) {
-            new (self) Measurement{time, object_time.value_or(time), q.value, u.value};
+            new (self) Measurement{time, object_time.value_or(time), q.named("q"), u.named("u")};
           },
           "time"_a, "q"_a, "u"_a, "object_time"_a = nb::none(),
           R"(A measurement for run().
@@ -113,7 +113,7 @@ void bind_plants(nb::module_& m) {
           },
           "Returns a Measurement, or None if the simulation has failed.")
       .def(
-          "command", [](SimulatedPlant& plant, const Vector& u, double period) { return plant.command(u.value, period); }, "u"_a,
+          "command", [](SimulatedPlant& plant, const Vector& u, double period) { return plant.command(u.named("u"), period); }, "u"_a,
           "period"_a, nb::call_guard<nb::gil_scoped_release>(),
           "Moves the commands linearly to u (n_a) [rad or m] within period [s]. Returns False if the command was not taken.")
       .def("push", &push, "body"_a, "force_W"_a, "p_BP"_a = nb::none(),

@@ -77,9 +77,11 @@ Eigen::VectorXd configuration_of(const world::Model& model, const std::string& n
 SenseResult sense(Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const SenseResult* last,
                   const sensing::SenseOptions& options);
 
-/// One after the other, each from the candidates of the one before. @param q, tau  one column a moment  @param gaps  moments that start afresh
+/// One after the other, each from the candidates of the one before, until `control` stops it.
+/// @param q, tau  one column a moment  @param gaps  moments that start afresh
 std::vector<SenseResult> sense_series(Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau,
-                                      const sensing::SenseOptions& options, const std::vector<int>& gaps = {});
+                                      const sensing::SenseOptions& options, const core::RunControl& control,
+                                      const std::vector<int>& gaps = {});
 
 /// Contacts at the same time. @param base, last  wrench at the base and the cycle before, or null
 ContactSets sense_contacts(const Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::BaseWrench* base,

@@ -157,12 +157,18 @@ TEST_P(ThreadPools, Run_AfterAnException_Works) {
   EXPECT_EQ(calls.load(), 4);
 }
 
-TEST(ThreadPool, LessThanOneThread_IsRefused) {
+TEST(ThreadPool, LessThanOneThreadOrTooMany_AreRefused) {
   try {
     ThreadPool pool(0);
     FAIL() << "nothing thrown";
   } catch (const InvalidInput& error) {
     EXPECT_STREQ(error.what(), "threads: got 0, expected at least 1");
+  }
+  try {
+    ThreadPool pool(100000);
+    FAIL() << "nothing thrown";
+  } catch (const InvalidInput& error) {
+    EXPECT_STREQ(error.what(), "threads: got 100000, expected at most 1024");
   }
 }
 

@@ -42,7 +42,7 @@ struct Rollouts {
   RolloutGradient pull_back(const RolloutBatchResult& rolled, const MatrixXd& g, const StepOptions& options, int threads = 1) const {
     StepBatchWorkspace work(model, threads);
     RolloutGradient out;
-    pull_back_rollout(*model, {q, u}, rolled, g, options, work, out);
+    (void)pull_back_rollout(*model, {q, u}, rolled, g, options, work, out);
     return out;
   }
   std::shared_ptr<const world::Model> model;
@@ -67,7 +67,7 @@ TEST(RolloutBatch, WithoutContact_JointsAreWhereTheyAreCommanded) {
   EXPECT_TRUE(rolled.q.col(0).tail(6).isApprox(u.col(0), 1e-12));
   EXPECT_EQ(rolled.steps[0], 3);
   RolloutGradient gradient;
-  pull_back_rollout(*model, {q, u}, rolled, g, {}, work, gradient);
+  EXPECT_EQ(pull_back_rollout(*model, {q, u}, rolled, g, {}, work, gradient), Status::Solved);
   EXPECT_TRUE(gradient.u.col(0).isApprox(g.col(0).tail(6), 1e-9));        // each command places its own configuration …
   EXPECT_TRUE(gradient.q_start.col(0).isApprox(g.col(0).head(2), 1e-9));  // … and the start only itself
 }
@@ -149,7 +149,7 @@ TEST(RolloutBatch, StepThatFails_LeavesTheTrajectoryThereAndPassesItsGradient) {
   EXPECT_EQ(rolled.steps[0], 0);
   EXPECT_EQ(rolled.q, MatrixXd::Zero(6, 1));
   RolloutGradient gradient;
-  pull_back_rollout(*model, {q, u}, rolled, MatrixXd::Ones(6, 1), {}, work, gradient);
+  EXPECT_EQ(pull_back_rollout(*model, {q, u}, rolled, MatrixXd::Ones(6, 1), {}, work, gradient), Status::Solved);
   EXPECT_EQ(gradient.q_start, MatrixXd::Constant(2, 1, 3));
   EXPECT_EQ(gradient.u, MatrixXd::Zero(4, 1));
 }
@@ -167,6 +167,23 @@ TEST(RolloutBatch, BadInput_IsNamed) {
   MatrixXd u = MatrixXd::Zero(4, 3);
   u(3, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(message(MatrixXd::Zero(2, 3), u).substr(0, 23), "trajectory 1, step 1: u");
+}
+
+TEST(RolloutBatch, Cancelled_StaysWhereItIs) {
+  const auto model = pusher_alone();
+  const MatrixXd q = MatrixXd::Zero(2, 1), u = MatrixXd::Constant(10, 1, 0.01);
+  int asked = 0;
+  core::RunControl control;
+  control.abandoned = [&asked] { return ++asked > 3; };
+  StepBatchWorkspace work(model, 1);
+  RolloutBatchResult out;
+  EXPECT_EQ(rollout_batch(*model, {q, u}, {}, work, out, control), Status::Cancelled);
+  EXPECT_EQ(out.steps[0], 3);
+  EXPECT_EQ(out.q.col(0).segment(6, 2), out.q.col(0).tail(2));
+  ASSERT_EQ(rollout_batch(*model, {q, u}, {}, work, out), Status::Solved);
+  RolloutGradient gradient;
+  asked = 0;
+  EXPECT_EQ(pull_back_rollout(*model, {q, u}, out, MatrixXd::Ones(12, 1), {}, work, gradient, control), Status::Cancelled);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "stiction/dynamics/step_batch.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <limits>
 
 #include "dynamics/systems.hpp"
@@ -106,6 +108,32 @@ TEST(StepBatch, BadInput_IsNamedWithItsStep) {
   pushes.u(1, 38) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(message(pushes.q, pushes.u).find("step 33: u"), std::string::npos) << message(pushes.q, pushes.u);
   EXPECT_NE(stiction::test::message_of([&] { StepBatchWorkspace bad(pushes.model, -1); }).find("threads: got -1"), std::string::npos);
+}
+
+TEST(StepBatch, Cancelled_LeavesTheStepsThatAreNotDone) {
+  const Pushes pushes(40);
+  std::atomic<bool> cancel = true;
+  core::RunControl control;
+  control.cancel = &cancel;
+  StepBatchWorkspace work(pushes.model, 2);
+  StepBatchResult out;
+  const StepOptions options{.smoothing = Analytic{}, .with_B = true, .with_A = true};
+  EXPECT_EQ(step_batch(*pushes.model, {pushes.q, pushes.u}, options, work, out, control), Status::Cancelled);
+  EXPECT_EQ(out.failed, 40);
+  EXPECT_EQ(out.q_next, pushes.q);
+  EXPECT_TRUE(out.A.isZero(0) && out.B.isZero(0) && out.torque.isZero(0));
+  int asked = 0;
+  core::RunControl later;
+  later.abandoned = [&asked] { return ++asked > 7; };
+  StepBatchWorkspace single(pushes.model, 1);
+  EXPECT_EQ(step_batch(*pushes.model, {pushes.q, pushes.u}, options, single, out, later), Status::Cancelled);
+  EXPECT_EQ(std::ranges::count(out.status, Status::Solved), 7);
+}
+
+TEST(StepBatch, TooManyThreads_AreRefused) {
+  const Pushes pushes(1);
+  EXPECT_EQ(stiction::test::message_of([&] { const StepBatchWorkspace work(pushes.model, 1000000); }),
+            "threads: got 1000000, expected 0 for all cores, or a number up to 1024");
 }
 
 }  // namespace

@@ -138,10 +138,10 @@ def test_rollouts_name_what_is_wrong(ball: st.Task) -> None:
         st.rollout_batch(ball.model, q, u[:, :, 1:])
     with pytest.raises(st.InvalidInput, match="^u: got 1 trajectories, expected 2, one for each start"):
         st.rollout_batch(ball.model, q, u[:1])
-    with pytest.raises(TypeError):
+    with pytest.raises(st.InvalidInput, match=r"^u: got an array of shape \(3, 16\), expected three dimensions"):
         st.rollout_batch(ball.model, q, u[0])
     rolled = st.rollout_batch(ball.model, q, u)
-    with pytest.raises(st.InvalidInput, match="^D_L_q, numbers a trajectory: got"):
+    with pytest.raises(st.InvalidInput, match="^D_L_q: got 3 configurations a trajectory, expected 4"):
         st.pull_back_rollout(ball.model, rolled, u, rolled.q[:, 1:])
 
 

@@ -211,8 +211,98 @@ def test_python_without_numpy_says_so_in_json(bare_python: Path, real_plan: Path
 
 def test_folder_with_a_module_of_the_same_name_is_not_read(real_plan: Path, tmp_path: Path) -> None:
     (tmp_path / "numpy.py").write_text("raise SystemExit('the wrong one')\n")
+    for name in ("json", "signal", "queue", "random"):  # of Python itself, for the first process and for those that it starts
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('the wrong one')\n")
     done = children.run([PROGRAM, "export", real_plan, "-o", "motion.csv"], cwd=tmp_path)
     assert done.returncode == 0, done.stderr
+    done = children.run([PROGRAM, "sweep", "planar_pushing", "-j", "1", "-o", "sweep.csv", "--json"], cwd=tmp_path)
+    assert done.returncode == 0 and (tmp_path / "sweep.csv").read_text().count("Solved") == 1, done.stderr
+
+
+# ---- outputs
+
+
+@pytest.mark.parametrize("words", [["plan", "planar_pushing"], ["export", "PLAN", "--format", "csv"], ["sweep", "planar_pushing"], ["refine", "PLAN"], ["reproduce", "figure-2.1"]], ids=lambda words: words[0])
+def test_stdout_is_no_output_that_makes_a_file_of_this_name(words: list[str], real_plan: Path, tmp_path: Path) -> None:
+    words = [str(real_plan) if word == "PLAN" else word for word in words]
+    for output in (["-o", "-"], ["--out=-"]):
+        done = children.run([PROGRAM, *words, *output], cwd=tmp_path)
+        assert done.returncode == 2 and "got '-', expected the name of a file or folder" in done.stderr, done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_page_is_not_written_to_stdout(real_plan: Path, tmp_path: Path) -> None:
+    done = children.run([PROGRAM, "view", real_plan, "--html", "-"], cwd=tmp_path)
+    assert done.returncode == 2 and done.stderr.startswith("stiction: --html: got '-'") and list(tmp_path.iterdir()) == []
+
+
+def test_imported_task_may_go_to_stdout_by_name(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.xml"
+    scene.write_text(
+        "<mujoco><worldbody><body name='arm'><joint name='x' type='slide' axis='1 0 0'/><geom size='.05' mass='1'/></body>"
+        "<body name='box' pos='.3 0 0'><joint name='b' type='slide' axis='1 0 0'/><geom size='.1' mass='1'/></body></worldbody>"
+        "<actuator><position joint='x' kp='100'/></actuator></mujoco>"
+    )
+    plain, named = children.run([PROGRAM, "import", scene], cwd=tmp_path), children.run([PROGRAM, "import", scene, "-o", "-"], cwd=tmp_path)
+    assert plain.returncode == 0 and named.stdout == plain.stdout and not (tmp_path / "-").exists(), plain.stderr + named.stderr
+
+
+@pytest.mark.parametrize("words", [["export", "PLAN", "--format", "csv"], ["report", "PLAN"], ["sweep", "planar_pushing"]], ids=lambda words: words[0])
+def test_link_to_a_pipe_is_a_pipe(words: list[str], real_plan: Path, tmp_path: Path) -> None:
+    """/dev/stdout leads to a name that is no path."""
+    done = children.run([PROGRAM, *(real_plan if word == "PLAN" else word for word in words), "-o", "/dev/stdout"], cwd=tmp_path)
+    assert done.returncode == 2 and "/dev/stdout: got a device or a pipe, expected a file to write" in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("name", ["../../elsewhere", "/tmp/elsewhere", "two\nlines"])
+def test_name_of_a_task_leads_to_no_other_folder(name: str, tmp_path: Path) -> None:
+    here = tmp_path / "a" / "b"
+    here.mkdir(parents=True)
+    (here / "task.yaml").write_text(json.dumps({"base": str(ROOT / "tasks" / "planar_pushing.yaml"), "name": name}))
+    done = children.run([PROGRAM, "plan", "task.yaml", "--seed", "0", "--json"], cwd=here)
+    assert done.returncode == 0, done.stderr
+    folder = name.replace("/", "_").replace("\n", "_") + "-seed0"
+    assert sorted(path.name for path in here.iterdir()) == sorted([folder, "task.yaml"]) and (here / folder / "plan.json").exists()
+
+
+# ---- inputs
+
+
+def test_plan_and_task_come_through_a_pipe(real_plan: Path, tmp_path: Path) -> None:
+    """As of `<(gunzip -c plan.json.gz)`."""
+    for command, file in (("check", real_plan), ("lint", ROOT / "tasks" / "planar_pushing.yaml")):
+        pipe = tmp_path / f"{command}.yaml"
+        os.mkfifo(pipe)
+        source = tmp_path / f"{command}.txt"
+        source.write_text(file.read_text().replace("../models", str(ROOT / "models")))
+        with children.Child(["sh", "-c", 'exec cat "$0" > "$1"', source, pipe]):  # waits until the pipe is read
+            done = children.run([PROGRAM, command, pipe], cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["plan", "PLAN"], "top level: got a plan file, expected a task; `stiction check` and the other commands for plans read it"),
+        (["sense", "PLAN"], "top level: got a plan file, expected a scenario of sensing"),
+        (["check", "tasks/planar_pushing.yaml"], "file: got a YAML file, expected a plan file (plan.json), as `stiction plan` writes it"),
+        (["plan", "scenarios/ur5_forearm.yaml"], "top level: got a scenario of sensing, expected a task; `stiction sense` reads it"),
+        (["plan", "scenarios/feel_table.yaml"], "top level: got a scenario of touch, expected a task; `stiction touch` reads it"),
+        (["sense", "scenarios/box_in_the_way.yaml"], "top level: got a scenario of control, expected a scenario of sensing; `stiction control` reads it"),
+        (["control", "tasks/planar_hand.yaml"], "top level: got a task, expected a scenario of control; `stiction plan` reads it"),
+        (["touch", "tasks/planar_hand.yaml"], "top level: got a task, expected a scenario of touch; `stiction plan` reads it"),
+        (["sense", "planar_hand"], "scenario: got 'planar_hand', which is a task"),
+        (["plan", "ur5_forearm"], "task: got 'ur5_forearm', which is a scenario of sense, control or touch"),
+        (["lint", "tasks"], "task: got 'tasks', expected a file"),
+        (["lint", "tasks/"], "file: got a folder, expected a YAML file"),
+        (["check", "nothing"], "nothing: file: got no file of this name, expected a plan file"),
+        (["check", "/dev/null"], "/dev/null: file: got a device, expected a plan file"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_file_of_another_kind_is_one_sentence(words: list[str], message: str, real_plan: Path) -> None:
+    done = children.run([PROGRAM, *(real_plan if word == "PLAN" else word for word in words)], cwd=ROOT)
+    assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1, done.stderr
 
 
 # ---- signals

@@ -288,7 +288,8 @@ def test_value_goes_through_pickle_and_copy(name: str) -> None:
     for again in (pickle.loads(pickle.dumps(value)), copy.deepcopy(value), copy.copy(value)):
         assert again is not value
         same(value, again)
-        assert repr(again) == repr(value) or " object at 0x" in repr(value)
+        assert repr(again) == repr(value) and " object at 0x" not in repr(value)
+        assert again == value and hash(again) == hash(value)
 
 
 @pytest.mark.parametrize("name", [name for name, value in exported_classes().items() if issubclass(value, enum.Enum)])

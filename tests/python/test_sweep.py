@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import ClassVar
 
 import children
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -177,6 +178,12 @@ def test_bad_input_is_named_before_anything_runs(starts: Path, tmp_path: Path, m
         ({"seeds": [-1]}, "seeds: got \\[-1\\], expected integers"),
         ({"friction": [-1]}, "friction: got \\[-1.0\\], expected factors"),
         ({"options": {"goal_bias": 0.3}}, "options: goal_bias: got 0.3, expected a list"),
+        ({"friction": 0.8}, "friction: got 0.8, expected a list of factors"),
+        ({"friction": ["a"]}, "friction: got \\['a'\\], expected factors"),
+        ({"seeds": 1.5}, "seeds: got 1.5, expected a list of seeds, or the number of seeds"),
+        ({"tasks": st.load_task("planar_pushing")}, "tasks: got a Task, expected a list of names or files"),
+        ({"tasks": [st.load_task("planar_pushing")]}, "tasks: got a Task, expected names or files"),
+        ({"options": ["goal_bias"]}, "options: got \\['goal_bias'\\], expected a dict of lists"),
         ({"options": {"goal_bias": [2.0]}}, "goal_bias"),
         ({"options": {"goal_bais": [0.3]}}, "goal_bais"),
         ({"options": {"sampler.no_such": [0.3]}}, "sampler.no_such"),
@@ -189,6 +196,15 @@ def test_bad_input_is_named_before_anything_runs(starts: Path, tmp_path: Path, m
     with pytest.raises(st.InvalidInput, match="file: cannot be made .*, expected a folder"):
         st.sweep("planar_pushing", out=tmp_path / "file/sweep.csv", run=Writes(str(starts)))
     assert names(starts) == []
+
+
+def test_values_may_be_arrays(starts: Path, tmp_path: Path) -> None:
+    """np.linspace for an option and np.arange for seeds are what users write; the table goes on with lists as well."""
+    file, run = tmp_path / "sweep.csv", Writes(str(starts))
+    rows = st.sweep("planar_pushing", seeds=np.arange(2), friction=np.array([0.5, 1.0]), options={"goal_bias": np.linspace(0.25, 0.5, 2)}, out=file, run=run, processes=1)
+    assert len(rows) == 8 and {row["options"]["goal_bias"] for row in rows} == {0.25, 0.5} and {row["seed"] for row in rows} == {0, 1}
+    again = st.sweep("planar_pushing", seeds=np.int64(2), friction=[0.5, 1.0], options={"goal_bias": [0.25, 0.5]}, out=file, run=run, processes=1)
+    assert again == rows
 
 
 def test_optional_packages_are_named(starts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -132,7 +132,7 @@ def test_bad_document_is_refused_by_file_and_field(tmp_path: Path, document: dic
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(["nowhere.yaml"], "nowhere.yaml"), (["box_in_the_way"], "reference"), ([SCENARIO, "--tolerance", "-1"], "--tolerance"), ([], "scenario")],
+    [(["nowhere.yaml"], "nowhere.yaml"), (["box_in_the_way"], "a scenario of control, expected a scenario of touch"), ([SCENARIO, "--tolerance", "-1"], "--tolerance"), ([], "scenario")],
 )
 def test_bad_input_is_named_and_exits_with_2(program: Path, words: list[str], said: str) -> None:
     done = run(program, *words)

@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "sensing/robots.hpp"
 #include "stiction/sensing/scenario.hpp"
@@ -170,7 +174,9 @@ TEST(Series, TimesInNanoseconds_AreRefused) {
 TEST(Series, FilesThatAreNoTables_AreNamed) {
   EXPECT_NE(refusal("\xFF\xFEt").find(":1: series: got text in UTF-16, expected UTF-8"), std::string::npos);
   const auto folder = message_of([] { (void)load_series(folder_of_the_process(), *arm()); });
-  EXPECT_NE(folder.find("series: got a file that cannot be read"), std::string::npos) << folder;
+  EXPECT_NE(folder.find("series: got a folder, expected a CSV or NPZ file"), std::string::npos) << folder;
+  EXPECT_NE(message_of([] { (void)load_series("none.csv", *arm()); }).find("none.csv: series: got no file of this name"),
+            std::string::npos);
 }
 
 TEST(Series, NamesThatDoNotSayWhichJoint_AreRefused) {
@@ -227,6 +233,69 @@ TEST(Series, JointsOfAList_AreEveryJointOnce) {
   EXPECT_NE(message_of([&] {
               (void)find_joints({"wrist", "elbow", "shoulder", "robot/wrist"}, *model, "f");
             }).find("with more than one 'robot/wrist'"),
+            std::string::npos);
+}
+
+TEST(Series, BlanksBetweenNumbers_SeparateThem) {
+  expect_columns_of_the_arm("timestamp actual_q_0 actual_q_1 actual_q_2 tau_0 tau_1 tau_2\n0.5 0.1 0.2 0.3 1 2 3\n");  // as RTDE writes
+  expect_columns_of_the_arm("5.0e-01 1.0e-01 2.0e-01 3.0e-01 1.0e+00 2.0e+00 3.0e+00\n");                              // as numpy.savetxt
+  expect_columns_of_the_arm("  0.5   0.1   0.2   0.3    1    2    3  \n");
+  expect_columns_of_the_arm("# t q1 q2 q3 tau1 tau2 tau3\n0.5 0.1 0.2 0.3 1 2 3\n");
+}
+
+TEST(Series, TimesInOtherUnits_AreConvertedWithANote) {
+  for (const char* name : {"time_ms", "t [ms]", "Timestamp (ms)", "duration_ms"}) {
+    const Series series = read(std::string(name) + ",q0,q1,q2,tau0,tau1,tau2\n500,0.1,0.2,0.3,1,2,3\n");
+    EXPECT_EQ(series.times, std::vector{0.5}) << name;
+    EXPECT_NE(series.notes.at(0).find("are taken for milliseconds"), std::string::npos) << name;
+  }
+  EXPECT_EQ(read("time_ns,q0,q1,q2,tau0,tau1,tau2\n1700000000500000000,0.1,0.2,0.3,1,2,3\n").times, std::vector{1700000000.5});
+  const Series franka = read(
+      "duration, success rate, q[0], q[1], q[2], tau_ext_hat_filtered[0], tau_ext_hat_filtered[1], tau_ext_hat_filtered[2]\n"
+      "500, 1, 0.1, 0.2, 0.3, 1, 2, 3\n");
+  EXPECT_EQ(franka.times, std::vector{0.5}) << "franka::logToCSV writes milliseconds";
+  EXPECT_NE(refusal("duration,q0,q1,q2,tau0,tau1,tau2\n0.5,0.1,0.2,0.3,1,2,3\n").find("no column for the time"), std::string::npos);
+}
+
+TEST(Series, WholeTimes_MayBeMilliseconds) {
+  std::string text = "t,q0,q1,q2,tau0,tau1,tau2\n";
+  for (int i = 0; i < 20; ++i) text += std::to_string(8 * i) + ",0.1,0.2,0.3,1,2,3\n";
+  EXPECT_NE(read(text).notes.at(0).find("all times are whole numbers, taken for seconds"), std::string::npos);
+}
+
+TEST(Series, AnglesInDegrees_AreRefused) {
+  EXPECT_NE(
+      refusal("t,q0,q1,q2,tau0,tau1,tau2\n1,10,-90,30,1,2,3\n").find("whose limits are -2 and 2, expected rad; multiply degrees by pi/180"),
+      std::string::npos);
+  EXPECT_EQ(read("t,q0,q1,q2,tau0,tau1,tau2\n1,2.5,-3,3,1,2,3\n").times.size(), 1u) << "beyond its limits, but may be radians";
+}
+
+TEST(Series, FilesOfOtherFormats_AreNamedAndSayWhatToDo) {
+  using std::string_literals::operator""s;
+  for (const auto& [bytes, what] :
+       std::vector<std::pair<std::string, std::string>>{{"PAR1\x15\0\0"s, "a Parquet file, expected a CSV or NPZ file; pandas"},
+                                                        {"SQLite format 3\0"s, "a SQLite database"},
+                                                        {"#ROSBAG V2.0\n"s, "a bag of ROS 1"},
+                                                        {"\x93NUMPY\x01\0"s, "one array of NumPy"},
+                                                        {"\x1f\x8b\x08\0"s, "a file packed by gzip, expected a CSV or NPZ file; gunzip"},
+                                                        {"{\"t\": [0, 1]}"s, "JSON"},
+                                                        {"t,q\0"s, "a byte 0, expected text"}}) {
+    const std::string message = refusal(bytes);
+    EXPECT_NE(message.find("series: got " + what), std::string::npos) << message;
+    EXPECT_TRUE(std::ranges::all_of(message, [](char c) { return c >= ' ' && c < 0x7f; })) << message;
+  }
+}
+
+TEST(Series, WordsForNoNumber_AreNoMoments) {
+  for (const char* word : {"null", "N/A", "NA", "None", "<NA>"}) {
+    const Series series = read("t,q0,q1,q2,tau0,tau1,tau2\n0,0.1,0.2,0.3,1,2,3\n1,0.1," + std::string(word) + ",0.3,1,2,3\n");
+    EXPECT_EQ(series.times, std::vector{0.0}) << word;
+  }
+}
+
+TEST(Series, ColumnThatIsThereTwice_IsNamed) {
+  EXPECT_NE(refusal("t,q0,q1,q2,tau0,tau1,tau2,tau2\n0,0.1,0.2,0.3,1,2,3,4\n")
+                .find(":1: series: got the column 'tau2' more than once, expected every name once"),
             std::string::npos);
 }
 

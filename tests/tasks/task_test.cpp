@@ -435,6 +435,13 @@ INSTANTIATE_TEST_SUITE_P(
                 "scene: {objects: [{name: ball, joint: free, mass: -1, shapes: [{sphere: {radius: 0.06}}]}]}\n",
                 {"mass", "-1"}}));
 
+TEST_F(TaskFile, TruthValues_AreThoseOfYaml) {
+  for (const char* word : {"true", "True", "TRUE"}) EXPECT_TRUE(world::YamlNode::parse(word, "file").boolean()) << word;
+  for (const char* word : {"false", "False", "FALSE"}) EXPECT_FALSE(world::YamlNode::parse(word, "file").boolean()) << word;
+  for (const char* word : {"yes", "'true'", "tRue", "1"})
+    expect_refused([&] { (void)world::YamlNode::parse(word, "file").boolean(); }, {"expected true or false"});
+}
+
 TEST(Tasks, UnknownName_ListsWhatThereIs) {
   expect_refused([] { (void)load_task("alegro_ball"); }, {"task", "'alegro_ball'", "did you mean 'allegro_ball'"});
   expect_refused([] { (void)load_task("nowhere/task.yaml"); }, {"nowhere/task.yaml"});

@@ -285,7 +285,7 @@ TEST_F(BadInput, ObjectsThatMakeNoSense_AreNamed) {
 }
 
 TEST_F(BadInput, FilesThatCannotBeRead_AreNamed) {
-  EXPECT_EQ(message_of([&] { load_scene(dir_ / "none.yaml"); }), "none.yaml: file: got nothing that can be read, expected a YAML file");
+  EXPECT_EQ(message_of([&] { load_scene(dir_ / "none.yaml"); }), "none.yaml: file: got no file of this name, expected a YAML file");
   EXPECT_EQ(message("a: [1, 2\n").substr(0, 40), "scene.yaml:2: file: got malformed YAML (");
   EXPECT_EQ(message("base: other.yaml\n").substr(0, 47), "scene.yaml:1: base: got 'other.yaml', expected ");
   EXPECT_EQ(message("base: scene.yaml\n"), "scene.yaml:1: base: got 'scene.yaml', expected a file that does not lead back to this one");

@@ -21,6 +21,9 @@ from . import _own  # noqa: E402
 with _own.libraries():
     from ._core import *  # noqa: F403
 from ._core import version  # noqa: E402
+from . import _values  # noqa: E402
+
+_values.complete()
 from ._extras import MissingExtra as MissingExtra  # noqa: E402
 from .joint_states import JointStates as JointStates  # noqa: E402
 from .joint_states import load_joint_states as load_joint_states  # noqa: E402

@@ -5536,7 +5536,7 @@ class Calibration:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def calibrate(model: Model, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, t: numpy.typing.ArrayLike | None = None, records: Sequence[int] | None = None, touched: Sequence[bool] | None = None, payload: str | None = None, same_posture: float = 0.05, settle: float = 1.0, unmeasured: Sequence[int | str] = []) -> Calibration:
+def calibrate(model: Model, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, t: numpy.typing.ArrayLike | None = None, records: Sequence[int] | None = None, touched: Sequence[bool | numpy.bool_] | None = None, payload: str | None = None, same_posture: float = 0.05, settle: float = 1.0, unmeasured: Sequence[int | str] = []) -> Calibration:
     """
     Estimates offset, noise and drift of a robot's external joint torques from measurements at rest, and an unknown payload.
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ._core import DofKind, InvalidInput, Task
 from ._files import read_csv, read_npz
+from ._values import fields_equal
 from .exports import POSE, poses_of_objects
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2}
@@ -20,7 +21,7 @@ ANGLES = {"rad": 1.0, "deg": math.pi / 180}
 FAST_OBJECT, FAST_TURN, FAST_REVOLUTE, FAST_PRISMATIC = 5.0, 50.0, 20.0, 5.0  # no hand moves faster [m/s], [rad/s]: such a change is a jump
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Demonstration:
     """Demonstrated motion of joints and objects over time, in the order and units of a model."""
 
@@ -29,6 +30,11 @@ class Demonstration:
     commands: np.ndarray | None  # the same, as the robot was commanded
     poses: np.ndarray  # (times, objects, 7): x y z [m] qx qy qz qw, in the world
     notes: list[str] = field(default_factory=list)  # what was read otherwise than it stands
+
+    def __eq__(self, other: object) -> bool:
+        return fields_equal(self, other) if isinstance(other, Demonstration) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # its arrays can change
 
 
 def read_demonstration(file: str | os.PathLike[str], task: Task, *, unit: str = "m", angle: str = "rad") -> Demonstration:

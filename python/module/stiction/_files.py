@@ -23,9 +23,10 @@ from ._core import InvalidInput
 def require_folder(file: Path) -> Path:
     """Makes the folder of a file to write, and returns where it is written: a link leads to it. Raises InvalidInput: it cannot, or something else is there."""
     try:
+        is_folder, is_other = file.is_dir(), file.exists() and not file.is_file()  # also /dev/stdout, a link to no path
         place = Path(os.path.realpath(file))  # fails where the working folder is gone
-        place.parent.mkdir(parents=True, exist_ok=True)
-        is_folder, is_other = place.is_dir(), place.exists() and not place.is_file()
+        if not is_other:
+            place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InvalidInput(f"{file.parent}: cannot be made or written ({error.strerror}), expected a folder to write to") from None
     if is_other:  # renaming would remove a device
@@ -63,7 +64,7 @@ class Rows:
 
 
 def read_csv(file: Path, *, whole: bool = False) -> Rows:
-    """Reads a table with a line of names. Between cells are commas, semicolons or tabs, as between the names; beside semicolons numbers may have a decimal comma.
+    """Reads a table with a line of names. Between cells are commas, semicolons, tabs or blanks, as between the names; beside semicolons numbers may have a decimal comma.
 
     Lines end as on any system. Empty lines, and lines that begin with #, are left out. whole: leave out a last line that does not end, as it may
     have been cut off. Raises InvalidInput: no such table, a name that is there twice, or a row of another length.
@@ -72,8 +73,8 @@ def read_csv(file: Path, *, whole: bool = False) -> Rows:
     cells, lines = [], []
     try:
         with file.open(encoding="utf-8-sig", newline="") as text:
-            kept = _Kept(text, whole)
-            for row in csv.reader(kept, delimiter=kept.delimiter):
+            kept = _Kept(file, text, whole)
+            for row in csv.reader(kept, delimiter=kept.delimiter, skipinitialspace=True):
                 row = [cell.strip() for cell in row]
                 if not names:
                     names = row
@@ -94,15 +95,19 @@ def read_csv(file: Path, *, whole: bool = False) -> Rows:
 class _Kept:
     """The lines of a table, without those that say nothing."""
 
-    def __init__(self, text: TextIO, whole: bool) -> None:
-        self.line = 0
+    def __init__(self, file: Path, text: TextIO, whole: bool) -> None:
+        self._file, self.line = file, 0
         self._lines = ((k, line) for k, line in enumerate(text, 1) if line.strip() and not line.startswith("#") and (not whole or line[-1] in "\r\n"))
         self._first = next(self._lines, (0, ""))
         self.delimiter = max(",;\t", key=self._first[1].count)
+        if self.delimiter not in self._first[1] and " " in self._first[1].strip():
+            self.delimiter = " "
 
     def __iter__(self) -> Iterator[str]:
         for self.line, line in chain([self._first], self._lines):
-            yield line
+            if "\0" in line:
+                raise InvalidInput(f"{self._file}: got a byte 0 in line {self.line}, expected a table (CSV), which is text")
+            yield line.strip() if self.delimiter == " " else line
 
 
 def _with_point(cell: str) -> str:
@@ -118,7 +123,9 @@ def read_npz(file: str | os.PathLike[str], names: Sequence[str], what: str) -> d
             stream.seek(0)
             data = np.load(stream, allow_pickle=False)
             arrays = {name: data[name] for name in data.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+    except OSError as error:
+        raise InvalidInput(f"{file}: cannot be read ({error.strerror or error}), expected {what}") from None
+    except (ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise InvalidInput(f"{file}: cannot be read ({error}), expected {what}") from None
     if missing := [name for name in names if name not in arrays]:
         raise InvalidInput(f"{file}: {missing[0]}: got no such array among {', '.join(arrays) or 'none'}, expected {what} with {', '.join(names)}")

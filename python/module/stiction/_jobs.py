@@ -176,16 +176,18 @@ class Local:
 
 @contextlib.contextmanager
 def _path_inherited() -> Iterator[None]:
-    """Processes that are started meanwhile find what this one imports, this package among it."""
-    before = os.environ.get("PYTHONPATH")
-    os.environ["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+    """Processes that are started meanwhile find what this one imports, this package among it, and nothing else in the working folder."""
+    given = {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "PYTHONSAFEPATH": "1"}
+    before = {name: os.environ.get(name) for name in given}
+    os.environ.update(given)
     try:
         yield
     finally:
-        if before is None:
-            del os.environ["PYTHONPATH"]
-        else:
-            os.environ["PYTHONPATH"] = before
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _version() -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import time as clock
 from collections.abc import Callable, Sequence
@@ -19,6 +20,7 @@ from ._demonstration_file import Demonstration as Demonstration
 from ._demonstration_file import read_demonstration as read_demonstration
 from ._demonstration_reference import STEP_PRISMATIC, STEP_REVOLUTE, Reference, calm, goal_of, off_by
 from ._files import require_writable
+from ._values import fields_equal
 
 WINDOW, KEPT = 16, 4  # times that are optimised at once, and of these the ones that are kept
 ITERATIONS = 6
@@ -36,7 +38,7 @@ ARRIVED = 0.8  # of a tolerance
 HALF = 0.5  # of a demonstration: an object that is lost before is lost in finer steps as well
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Repair:
     """Result of repair(): a plan, and how it differs from the demonstration."""
 
@@ -51,6 +53,11 @@ class Repair:
     accepted: bool  # by check_plan(), which simulates it in half the steps
     planned_from: float | None  # time from which the planner brought the object where it was shown, and joints went their own ways [s]
     wall_s: float
+
+    def __eq__(self, other: object) -> bool:
+        return fields_equal(self, other) if isinstance(other, Repair) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # its arrays can change
 
     @property
     def holds(self) -> bool:
@@ -83,7 +90,7 @@ class Repair:
         return out
 
 
-def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0, threads: int = 0, on_progress: Callable[[float], bool | None] | None = None) -> Repair:
+def repair(task: Task, demonstration: Demonstration | str | os.PathLike[str], *, timeout_s: float = 120.0, threads: int = 0, on_progress: Callable[[float], bool | None] | None = None) -> Repair:
     """Finds a plan that follows a demonstration as closely as contact physics allows (docs/demonstrations.md).
 
     In the plan no bodies penetrate, and all forces are within their friction cones and the limits of the motors. Trajectory optimisation
@@ -92,7 +99,7 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
     the plan is the pose of the object at the end of the demonstration.
 
       task: Task that gives the scene and the tolerances.
-      demonstration: Demonstration of read_demonstration().
+      demonstration: Demonstration of read_demonstration(), or a file that it reads.
       timeout_s: largest wall time [s], > 0.
       threads: 0: all cores.
       on_progress: function that is called with the share that is done. The return value False ends the repair.
@@ -100,7 +107,7 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
     Returns a Repair. Raises InvalidInput.
     """
     begin = clock.monotonic()
-    demonstration = calm(demonstration)
+    demonstration = calm(demonstration if isinstance(demonstration, Demonstration) else read_demonstration(demonstration, task))
     best: Repair | None = None
     going_on = True
 

@@ -16,6 +16,7 @@ import numpy as np
 from . import _command, _core
 from ._core import InvalidInput, Task, load_task, version
 from ._files import read_npz, require_writable, write_whole
+from ._values import fields_equal
 
 STEP_S = 0.1
 SETTLING = 20  # steps that a state may take to come to rest
@@ -27,7 +28,7 @@ LEAST_NODES, NODES_EACH = 64, 4  # of a tree, and for each grasp that is still t
 EXPLORING = {"goal_bias": 0.1}  # a tree that goes everywhere, not straight to the goal
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Grasps:
     """Held grasps: states at rest with the commands that hold them. The first axis of each array is the index of the grasp."""
 
@@ -44,6 +45,11 @@ class Grasps:
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def __eq__(self, other: Any) -> bool:
+        return fields_equal(self, other) if isinstance(other, Grasps) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # its arrays can change
 
     def __getitem__(self, which: Any) -> Grasps:
         """Returns the grasps of a mask, a slice or a list of indices."""
@@ -68,6 +74,11 @@ def read_grasps(file: str | os.PathLike[str], task: Task) -> Grasps:
     out = Grasps(**{name: values[name] if values[name].ndim and name != "joints" else values[name].tolist() for name in names})
     if out.scene_sha256 != task.scene_sha256:
         raise InvalidInput(f"{file}: scene_sha256: got that of another scene (task {out.task}), expected that of {task.name}; make the grasps anew")
+    n, model = len(out.margin), task.model
+    for name, shape in {"q": (n, model.n_q), "u": (n, model.n_a), "pose": (n, 7), "margin": (n,), "contacts": (n,), "alone": (n,)}.items():
+        array = np.asarray(getattr(out, name))
+        if np.shape(array) != shape or array.dtype.kind not in "biuf" or not np.isfinite(array).all():
+            raise InvalidInput(f"{file}: {name}: got an array of shape {np.shape(array)} and type {array.dtype}, expected finite numbers of shape {shape}")
     return out
 
 
@@ -100,7 +111,7 @@ def find_grasps(
 
     Returns Grasps. Raises InvalidInput.
 
-    >>> grasps = st.find_grasps(st.load_task("planar_hand"), count=5, seed=0)
+        >>> grasps = st.find_grasps(st.load_task("planar_hand"), count=5, seed=0)
         >>> grasps.q.shape, grasps.u.shape, bool((grasps.margin >= 0.1).all())
         ((5, 7), (5, 4), True)
     """
@@ -128,8 +139,8 @@ def _find(
 
 
 def _check(count: int, tilt: float, least_margin: float) -> None:
-    if count < 1:
-        raise InvalidInput(f"count: got {count}, expected at least 1")
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
+        raise InvalidInput(f"count: got {count}, expected an integer of at least 1")
     if not 0 <= tilt < math.pi / 2:
         raise InvalidInput(f"tilt: got {tilt}, expected [0, pi/2) [rad]")
     if not 0 <= least_margin <= FRICTION_LOSSES[-1]:

@@ -16,11 +16,12 @@ import numpy as np
 from ._core import InvalidInput
 from ._extras import require
 from ._files import write_whole
+from ._values import fields_equal
 
 INTERFACE = "sensor_msgs/msg/JointState"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointStates:
     """Positions and efforts of joints over time, from a log."""
 
@@ -30,6 +31,11 @@ class JointStates:
     velocity: np.ndarray  # (moments, joints) [rad/s or m/s]; NaN where a message has none
     tau: np.ndarray  # (moments, joints) efforts [N m or N]
     notes: list[str] = field(default_factory=list)  # a sentence each: what was left out, and what efforts are
+
+    def __eq__(self, other: object) -> bool:
+        return fields_equal(self, other) if isinstance(other, JointStates) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # its arrays can change
 
     def save(self, file: str | PathLike[str]) -> Path:
         """Writes the arrays t, q, tau and joints to an .npz file, which the key `series` of a sensing scenario reads."""
@@ -53,7 +59,9 @@ def load_joint_states(file: str | PathLike[str], *, topic: str | None = None, jo
     """
     path = Path(file)
     states = _Reader(path, list(_read_messages(path, topic)))
-    return states.read(list(joints) if joints is not None else states.find_joints())
+    if joints is None:
+        return states.read(states.find_joints())
+    return states.read([joints] if isinstance(joints, str) else list(joints))
 
 
 def _read_messages(path: Path, topic: str | None) -> Iterator[tuple[float, Any]]:
@@ -70,8 +78,13 @@ def _read_messages(path: Path, topic: str | None) -> Iterator[tuple[float, Any]]
                     yield 1e-9 * record.log_time, message
     except OSError as error:
         raise InvalidInput(f"{path}: got a file that cannot be read ({error.strerror}), expected an MCAP file") from None
+    except InvalidInput:
+        raise
     except (exceptions.McapError, struct.error, EOFError) as error:
-        raise InvalidInput(f"{path}: got '{error}', expected an MCAP file of ROS 2") from None
+        got = "an empty file" if path.stat().st_size == 0 else "an .npz file, which `series` of a scenario reads" if path.suffix == ".npz" else f"'{error}'"
+        raise InvalidInput(f"{path}: got {got}, expected an MCAP file of ROS 2") from None
+    except Exception as error:  # of what unpacks and reads messages, which raise errors of their own
+        raise InvalidInput(f"{path}: got a message that cannot be read ({error}), expected a whole file; `mcap recover` keeps what can be read") from None
 
 
 def _choose_topic(path: Path, summary: Any, topic: str | None) -> str:

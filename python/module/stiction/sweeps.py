@@ -14,6 +14,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
+import numpy as np
+
 from ._causes import find_cause, follow
 from ._core import OPEN_LOOP_SPEED, InvalidInput, Plan, PlannerOptions, SegmentKind, SpeedLimits, Status, Task, check_plan, load_task, plan, refine, transfer, version
 from ._jobs import Died, Failed, Local, Ray, Stopped, run_all
@@ -165,15 +167,23 @@ def digest(name: str) -> str:
 
 def combinations(options: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     """Every choice of one value for each option."""
-    for name, values in options.items():
-        if isinstance(values, str) or not isinstance(values, Sequence) or not values:
-            raise InvalidInput(f"options: {name}: got {values!r}, expected a list of values")
-        _unique(f"options: {name}", values)
-    return [dict(zip(options, values)) for values in itertools.product(*options.values())]
+    if not isinstance(options, Mapping):
+        raise InvalidInput(f"options: got {options!r}, expected a dict of lists of values")
+    return [dict(zip(options, values)) for values in itertools.product(*(_unique(f"options: {name}", values, "values") for name, values in options.items()))]
 
 
-def _unique(field: str, values: Iterable[Any]) -> list[Any]:
-    out = list(values)
+def _list_of(field: str, values: Any, what: str) -> list[Any]:
+    """Also of an array or a generator; numbers of NumPy become those of Python."""
+    if isinstance(values, np.ndarray):
+        values = values.tolist()
+    if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
+        got = repr(values) if isinstance(values, (str, bytes, int, float, Mapping)) else f"a {type(values).__name__}"
+        raise InvalidInput(f"{field}: got {got}, expected a list of {what}")
+    return [value.item() if isinstance(value, np.generic) else value for value in values]
+
+
+def _unique(field: str, values: Any, what: str) -> list[Any]:
+    out = _list_of(field, values, what)
     if not out or len({to_cell(value) for value in out}) < len(out):
         raise InvalidInput(f"{field}: got {out}, expected at least one, each once")
     return out
@@ -181,17 +191,21 @@ def _unique(field: str, values: Iterable[Any]) -> list[Any]:
 
 def read_seeds(seeds: int | Iterable[int]) -> list[int]:
     """n: 0 to n - 1."""
-    out = _unique("seeds", range(seeds) if isinstance(seeds, int) else seeds)
-    if not all(isinstance(seed, int) and seed >= 0 for seed in out):
+    if isinstance(seeds, (int, np.integer)) and not isinstance(seeds, bool):
+        seeds = range(int(seeds))
+    out = _unique("seeds", seeds, "seeds, or the number of seeds")
+    if not all(isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0 for seed in out):
         raise InvalidInput(f"seeds: got {out}, expected integers ≥ 0")
     return out
 
 
 def read_friction(friction: Iterable[float] | None) -> list[float | None]:
-    out = [None] if friction is None else _unique("friction", map(float, friction))
-    if not all(factor is None or 0 <= factor < math.inf for factor in out):
-        raise InvalidInput(f"friction: got {out}, expected factors ≥ 0")
-    return out
+    if friction is None:
+        return [None]
+    given = [float(factor) if isinstance(factor, (int, float)) else factor for factor in _list_of("friction", friction, "factors")]
+    if not all(isinstance(factor, float) and 0 <= factor < math.inf for factor in given):
+        raise InvalidInput(f"friction: got {given}, expected factors ≥ 0")
+    return _unique("friction", given, "factors")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -238,8 +252,14 @@ def sweep(
         >>> [(row["seed"], row["accepted"]) for row in rows]
         [(0, True)]
     """
-    names = _unique("tasks", map(str, [tasks] if isinstance(tasks, (str, os.PathLike)) else tasks))
-    choices = combinations(options or {})
+    given = _list_of("tasks", [tasks] if isinstance(tasks, (str, os.PathLike)) else tasks, "names or files of tasks")
+    for name in given:
+        if not isinstance(name, (str, os.PathLike)):  # a Task as well: each process reads the file
+            raise InvalidInput(f"tasks: got a {type(name).__name__}, expected names or files of tasks")
+    names = _unique("tasks", map(str, given), "names or files of tasks")
+    options = {} if options is None else options
+    choices = combinations(options)
+    options = {name: _list_of(f"options: {name}", values, "values") for name, values in options.items()}
     run = PlanRun() if run is None else run
     frictions, numbers = read_friction(friction), read_seeds(seeds)
     for name, choice in itertools.product(names, choices):
@@ -249,7 +269,7 @@ def sweep(
         "format_version": 1,
         "code_version": version(),
         "tasks": {name: digest(name) for name in names},
-        "options": dict(options or {}),
+        "options": options,
         "seeds": numbers,
         "friction": frictions,
         "run": {"name": type(run).__name__, **{k: v if isinstance(v, (bool, int, float)) else str(v) for k, v in dataclasses.asdict(run).items()}},

@@ -84,7 +84,9 @@ struct ThreadPool::Impl {
 bool ThreadPool::Turn::over() const { return item >= needed->load(std::memory_order_relaxed) || (outer != nullptr && outer->over()); }
 
 ThreadPool::ThreadPool(int threads) : impl_(std::make_unique<Impl>()) {
+  constexpr int kMost = 1024;  // each may have a workspace
   if (threads < 1) throw_invalid("threads", std::to_string(threads), "at least 1");
+  if (threads > kMost) throw_invalid("threads", std::to_string(threads), "at most " + std::to_string(kMost));
   for (int worker = 1; worker < threads; ++worker) {
     impl_->threads.emplace_back([this, worker] { impl_->loop(worker); });
   }

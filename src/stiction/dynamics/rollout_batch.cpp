@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <atomic>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/dynamics/batch_workspace.hpp"
@@ -28,6 +29,15 @@ struct Sizes {
   }
   Index n_q, n_a, n, steps = 0;
 };
+
+/// @throws core::InvalidInput: not one trajectory for each of u, or not of its length
+void require_trajectories(const char* name, MatrixRef columns, const Sizes& size) {
+  if (columns.cols() != size.n)
+    core::throw_invalid(name, fmt::format("{} trajectories", columns.cols()), fmt::format("{}, one for each of u", size.n));
+  if (columns.rows() != size.n_q * (size.steps + 1))
+    core::throw_invalid(name, fmt::format("{} configurations a trajectory", columns.rows() / size.n_q),
+                        fmt::format("{}, the start and one for each of the {} commands of u", size.steps + 1, size.steps));
+}
 
 StepOptions options_of(StepOptions options, bool with_derivatives) {
   options.with_A = options.with_B = with_derivatives;
@@ -83,7 +93,7 @@ Status step_of(const world::Model& model, Index trajectory, Index t, const StepI
 }  // namespace
 
 Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, const StepOptions& given, StepBatchWorkspace& work,
-                     RolloutBatchResult& out) {
+                     RolloutBatchResult& out, const core::RunControl& control) {
   const Sizes size(model, in);
   const StepOptions options = options_of(given, false);
   out.status.assign(static_cast<std::size_t>(size.n), Status::Solved);
@@ -96,6 +106,7 @@ Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, con
     for (Index t = 0; t < size.steps; ++t) {
       const auto from = q.segment(t * size.n_q, size.n_q);
       auto to = q.segment((t + 1) * size.n_q, size.n_q);
+      if (status == Status::Solved && control.stop()) status = Status::Cancelled;
       if (status == Status::Solved) {
         status = step_of(model, i, t, {from, in.u.col(i).segment(t * size.n_a, size.n_a)}, nullptr, options, steps, result);
         out.steps[static_cast<std::size_t>(i)] += status == Status::Solved;
@@ -107,23 +118,26 @@ Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, con
   return detail::first_failure(out.status, out.failed);
 }
 
-void pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, const RolloutBatchResult& rolled, MatrixRef D_L_q,
-                       const StepOptions& given, StepBatchWorkspace& work, RolloutGradient& out) {
+Status pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, const RolloutBatchResult& rolled, MatrixRef D_L_q,
+                         const StepOptions& given, StepBatchWorkspace& work, RolloutGradient& out, const core::RunControl& control) {
   const Sizes size(model, in);
   const StepOptions options = options_of(given, true);
-  core::require_size("q, trajectories", rolled.q.cols(), size.n);
-  core::require_size("q, numbers a trajectory", rolled.q.rows(), size.n_q * (size.steps + 1));
-  core::require_size("D_L_q, trajectories", D_L_q.cols(), size.n);
-  core::require_size("D_L_q, numbers a trajectory", D_L_q.rows(), size.n_q * (size.steps + 1));
+  require_trajectories("rolled", rolled.q, size);
+  require_trajectories("D_L_q", D_L_q, size);
   const bool smoothed = std::holds_alternative<Analytic>(options.smoothing);
   out.q_start.resize(size.n_q, size.n);
   out.u.setZero(size.n_a * size.steps, size.n);
+  std::atomic<bool> cancelled = false;
   detail::for_each_column(work, size.n, 1, [&](Index i, StepWorkspace& steps, StepResult& result) {
     const auto q = rolled.q.col(i);
     const auto g = D_L_q.col(i);
     VectorXd w = VectorXd::Zero(model.n_v()), delta(model.n_v());
     add_tangent(model, q.tail(size.n_q), g.tail(size.n_q), w);
     for (Index t = size.steps; t-- > 0;) {
+      if (cancelled || control.stop()) {
+        cancelled = true;
+        return;
+      }
       const auto from = q.segment(t * size.n_q, size.n_q);
       const auto u = in.u.col(i).segment(t * size.n_a, size.n_a);
       if (smoothed) world::local(model, from, q.segment((t + 1) * size.n_q, size.n_q), delta);
@@ -136,6 +150,7 @@ void pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, c
     }
     to_numbers(model, q.head(size.n_q), w, out.q_start.col(i));
   });
+  return cancelled ? Status::Cancelled : Status::Solved;
 }
 
 }  // namespace stiction::dynamics

@@ -29,11 +29,12 @@ struct RolloutGradient {
 /// in any batch.
 ///
 /// @param options  options of the steps; the derivative flags and warm_start are ignored
+/// @param control  checked before each step. Trajectories that it stopped have the status Cancelled and stay where they are
 /// @returns Solved, or the status of the first trajectory that failed
 /// @throws  core::InvalidInput: as step_batch(), and a length of u that is not a multiple of n_a
 /// Tests: tests/dynamics/rollout_batch_test.cpp
 core::Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, const StepOptions& options, StepBatchWorkspace& work,
-                           RolloutBatchResult& out);
+                           RolloutBatchResult& out, const core::RunControl& control = {});
 
 /// Computes the derivatives of a scalar function L of the trajectories by their starts and commands, from ∂L/∂q_t, with the adjoint of the
 /// steps:
@@ -48,9 +49,12 @@ core::Status rollout_batch(const world::Model& model, const RolloutBatchInput& i
 /// @param D_L_q    ∂L/∂q_t (n_q·(T + 1) × N)
 /// @param options  options of the steps to differentiate. They may be smoother than those of the rollout, whose exact derivative is 0 if
 ///                 nothing touches
+/// @param control  checked before each step
+/// @returns Solved; or Cancelled, and then `out` is of no use
 /// @throws core::InvalidInput: sizes
 /// Tests: tests/dynamics/rollout_batch_test.cpp
-void pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, const RolloutBatchResult& rolled, MatrixRef D_L_q,
-                       const StepOptions& options, StepBatchWorkspace& work, RolloutGradient& out);
+core::Status pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, const RolloutBatchResult& rolled, MatrixRef D_L_q,
+                               const StepOptions& options, StepBatchWorkspace& work, RolloutGradient& out,
+                               const core::RunControl& control = {});
 
 }  // namespace stiction::dynamics

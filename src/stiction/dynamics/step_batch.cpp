@@ -13,7 +13,9 @@ using core::Status;
 namespace {
 
 int count_threads(int threads) {
-  if (threads < 0) core::throw_invalid("threads", std::to_string(threads), "0 for all cores, or more");
+  constexpr int kMost = 1024;  // as ThreadPool
+  if (threads < 0 || threads > kMost)
+    core::throw_invalid("threads", std::to_string(threads), fmt::format("0 for all cores, or a number up to {}", kMost));
   return threads == 0 ? core::hardware_threads() : threads;
 }
 
@@ -33,7 +35,7 @@ StepBatchWorkspace::~StepBatchWorkspace() = default;
 StepBatchWorkspace::StepBatchWorkspace(StepBatchWorkspace&&) noexcept = default;
 
 Status step_batch(const world::Model& model, const StepBatchInput& in, const StepOptions& given, StepBatchWorkspace& workspace,
-                  StepBatchResult& out) {
+                  StepBatchResult& out, const core::RunControl& control) {
   const Eigen::Index n = in.q.cols();
   core::require_size("q", in.q.rows(), model.n_q());
   core::require_size("u", in.u.rows(), model.n_a());
@@ -50,6 +52,14 @@ Status step_batch(const world::Model& model, const StepBatchInput& in, const Ste
   out.A.resize(options.with_A ? model.n_v() * model.n_v() : 0, options.with_A ? n : 0);
   out.B.resize(options.with_B ? model.n_v() * model.n_a() : 0, options.with_B ? n : 0);
   detail::for_each_column(workspace, n, kBlock, [&](Eigen::Index i, StepWorkspace& steps, StepResult& result) {
+    if (control.stop()) {
+      out.status[static_cast<std::size_t>(i)] = Status::Cancelled;
+      out.q_next.col(i) = in.q.col(i);
+      out.torque.col(i).setZero();
+      if (options.with_A) out.A.col(i).setZero();
+      if (options.with_B) out.B.col(i).setZero();
+      return;
+    }
     steps.forget();
     const Eigen::VectorXd tau_ext = in.tau_ext == nullptr ? Eigen::VectorXd() : in.tau_ext->col(i);
     const StepInput input{in.q.col(i), in.u.col(i), in.tau_ext == nullptr ? nullptr : &tau_ext};

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "stiction/core/run_control.hpp"
 #include "stiction/dynamics/step.hpp"
 
 namespace stiction::dynamics {
@@ -29,7 +30,7 @@ struct StepBatchResult {
 /// Thread pool with one step workspace per thread. One caller at a time may use it.
 class StepBatchWorkspace {
  public:
-  /// @param threads  0 = all cores   @throws core::InvalidInput: threads < 0
+  /// @param threads  0 = all cores   @throws core::InvalidInput: not in [0, 1024]
   explicit StepBatchWorkspace(std::shared_ptr<const world::Model> model, int threads = 0);
   ~StepBatchWorkspace();
   StepBatchWorkspace(StepBatchWorkspace&&) noexcept;
@@ -44,10 +45,11 @@ class StepBatchWorkspace {
 /// number of threads, order and size of the batch.
 ///
 /// @param options  options of the steps; warm_start and with_force_derivatives are ignored
-/// @returns Solved, or the status of the first step that failed. A failed step has q_next = q and A = B = 0
+/// @param control  checked before each step. Steps that it stopped have the status Cancelled
+/// @returns Solved, or the status of the first step that failed. A failed or cancelled step has q_next = q and A = B = 0
 /// @throws  core::InvalidInput: as step(), with the index of the step; also if q and u have different numbers of columns
 /// Tests: tests/dynamics/step_batch_test.cpp
 core::Status step_batch(const world::Model& model, const StepBatchInput& in, const StepOptions& options, StepBatchWorkspace& work,
-                        StepBatchResult& out);
+                        StepBatchResult& out, const core::RunControl& control = {});
 
 }  // namespace stiction::dynamics

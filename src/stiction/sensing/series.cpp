@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <numeric>
+#include <optional>
 
+#include "stiction/core/file_fault.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/number.hpp"
 #include "stiction/core/quantile.hpp"
@@ -23,11 +26,11 @@ std::string_view trim_spaces(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// The character between the fields of a line: a semicolon if there is one, as commas may then stand in numbers, else a comma or a tab.
+/// The character between the fields of a line: a semicolon if there is one, as commas may then stand in numbers, else a comma, a tab or blanks.
 char find_separator(std::string_view line) {
-  for (const char mark : {';', ','})
+  for (const char mark : {';', ',', '\t'})
     if (line.find(mark) != std::string_view::npos) return mark;
-  return '\t';
+  return ' ';
 }
 
 /// The fields of a line, separated by marks that stand outside of quotation marks; nothing where a quotation mark is not closed.
@@ -40,7 +43,7 @@ std::optional<Strings> split_fields(std::string_view line, char separator) {
     } else if (line[i] == '"') {
       is_quoted = !is_quoted;
     } else if (line[i] == separator && !is_quoted) {
-      out.emplace_back();
+      if (separator != ' ' || !out.back().empty()) out.emplace_back();  // numbers stand under each other with several blanks
     } else {
       out.back() += line[i];
     }
@@ -67,6 +70,30 @@ Eigen::MatrixXd spread(const Eigen::MatrixXd& measured, const std::vector<int>& 
   return out;
 }
 
+/// What a file is whose first bytes are these, and what makes a table of it.
+std::optional<std::pair<std::string_view, std::string_view>> find_other_format(std::string_view start) {
+  struct Format {
+    std::string_view start, what, remedy;
+  };
+  constexpr std::string_view kPandas = "pandas reads it, and to_csv(FILE, index=False) writes a table";
+  constexpr std::string_view kBag = "`ros2 bag convert` makes an MCAP file of a bag, and stiction.load_joint_states reads that in Python";
+  constexpr Format kFormats[] = {
+      {"PAR1", "a Parquet file", kPandas},
+      {"\x89MCAP", "an MCAP file", "stiction.load_joint_states reads it in Python, if its name ends in .mcap"},
+      {"SQLite format 3", "a SQLite database, as bags of ROS 2 are", kBag},
+      {"#ROSBAG", "a bag of ROS 1", "`rosbags-convert` makes an MCAP file of it"},
+      {"\x93NUMPY", "one array of NumPy", "numpy.savez(FILE, t=t, q=q, tau=tau) writes three"},
+      {"\x89HDF", "an HDF5 file", "h5py and numpy.savez make an .npz file of it"},
+      {"MATLAB", "a MAT file", "scipy.io.loadmat and numpy.savez make an .npz file of it"},
+      {"\x1f\x8b", "a file packed by gzip", "gunzip unpacks it"},
+      {"PK\x03\x04", "a zip archive, as spreadsheets and .npz files are", "its name has to end in .npz, or it has to be saved as CSV"},
+      {"{", "JSON", kPandas},
+      {"[", "JSON", kPandas}};
+  for (const Format& format : kFormats)
+    if (start.starts_with(format.start)) return std::pair(format.what, format.remedy);
+  return std::nullopt;
+}
+
 /// A table of numbers, with or without a line of names.
 class CsvReader {
  public:
@@ -76,13 +103,19 @@ class CsvReader {
   Series read() {
     std::ifstream stream(file_);
     if (!stream || std::filesystem::is_directory(file_))
-      throw core::InvalidInput(fmt::format("{}: series: got a file that cannot be read, expected a CSV or NPZ file", file_.string()));
+      throw core::InvalidInput(
+          fmt::format("{}: series: got {}, expected a CSV or NPZ file", file_.string(), core::describe_unreadable(file_)));
     std::string text;
     while (std::getline(stream, text)) {
       ++line_;
       constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
       if (line_ == 1 && text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
       if (line_ == 1 && (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))) fail("text in UTF-16", "UTF-8");
+      if (line_ == 1)
+        if (const auto other = find_other_format(text))
+          throw core::InvalidInput(
+              fmt::format("{}: series: got {}, expected a CSV or NPZ file; {}", file_.string(), other->first, other->second));
+      if (text.find('\0') != std::string::npos) fail("a byte 0", "text: numbers between commas");
       read_line(trim_spaces(text));
     }
     if (times_.empty() && left_out_ > 0)
@@ -155,18 +188,19 @@ class CsvReader {
       if (left_out_++ == 0) first_left_out_ = line_;
       return;
     }
-    const double time = number(fields, columns_->time, text);
+    const double time = columns_->seconds * number(fields, columns_->time, text);
     if (!times_.empty() && !(time > times_.back())) fail(fmt::format("time {} after {}", time, times_.back()), "times that increase");
     times_.push_back(time);
     for (const std::size_t column : columns_->q) q_.push_back(number(fields, column, text));
     for (const std::size_t column : columns_->tau) tau_.push_back(number(fields, column, text));
   }
 
-  /// Whether a used column is empty or NaN: no measurement at that moment.
+  /// Whether a used column is empty or NaN, or says so in a word: no measurement at that moment.
   bool lacks_number(const Strings& fields) const {
+    constexpr std::string_view kNone[] = {"", "null", "NULL", "None", "NA", "N/A", "n/a", "<NA>", "-"};
     const auto is_missing = [&](std::size_t column) {
       const auto value = core::parse_number(fields[column]);
-      return fields[column].empty() || (value && std::isnan(*value));
+      return std::ranges::find(kNone, fields[column]) != std::end(kNone) || (value && std::isnan(*value));
     };
     return is_missing(columns_->time) || std::any_of(columns_->q.begin(), columns_->q.end(), is_missing) ||
            std::any_of(columns_->tau.begin(), columns_->tau.end(), is_missing);
@@ -266,13 +300,40 @@ void require_newton_metres(const std::filesystem::path& file, const world::Model
   }
 }
 
+/// Refuses joint angles that are none in radians: far beyond the limits, and beyond half a turn.
+void require_radians(const std::filesystem::path& file, const world::Model& model, const Series& series) {
+  for (Eigen::Index j = 0; j < series.q.rows(); ++j) {
+    const world::Dof& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)];
+    const double most = series.q.row(j).cwiseAbs().maxCoeff();
+    const double limit = std::max({std::abs(dof.lower), std::abs(dof.upper), std::numbers::pi});
+    if (dof.kind != world::DofKind::Revolute || !std::isfinite(limit) || most <= 2 * limit) continue;
+    throw core::InvalidInput(
+        fmt::format("{}: series: got positions of up to {:.4g} in joint '{}', whose limits are {:.4g} and {:.4g}, expected rad; multiply "
+                    "degrees by pi/180",
+                    file.string(), most, dof.name, dof.lower, dof.upper));
+  }
+}
+
+/// Says of times that are a second and more apart in whole numbers that they may be milliseconds.
+void note_whole_times(const std::filesystem::path& file, Series& series) {
+  constexpr std::size_t kFewest = 20;
+  if (series.times.size() < kFewest) return;
+  const auto is_whole = [](double t) { return t == std::floor(t); };
+  if (!std::all_of(series.times.begin(), series.times.end(), is_whole)) return;
+  series.notes.push_back(
+      fmt::format("{}: series: all times are whole numbers, taken for seconds; a column time_ms is in milliseconds", file.string()));
+}
+
 /// Refuses times that are none in seconds.
 void require_seconds(const std::filesystem::path& file, const Series& series) {
   constexpr double kLatest = 1e11;  // the year 5138, since 1970
   const double last = series.times.back();
   if (last > kLatest)
-    throw core::InvalidInput(fmt::format(
-        "{}: series: got a time of {:.4g}, expected seconds; divide milliseconds by 1000, and nanoseconds by 1e9", file.string(), last));
+    throw core::InvalidInput(
+        fmt::format("{}: series: got a time of {:.4g}, expected seconds; divide milliseconds by 1000, and nanoseconds by 1e9, or name the "
+                    "column time_ms or "
+                    "time_ns",
+                    file.string(), last));
 }
 
 }  // namespace
@@ -284,7 +345,9 @@ Series load_series(const std::filesystem::path& file, const world::Model& model,
         file.string(), file.filename().string()));
   Series out = file.extension() == ".npz" ? load_npz(file, model, unmeasured) : CsvReader(file, model, unmeasured).read();
   require_seconds(file, out);
+  require_radians(file, model, out);
   require_newton_metres(file, model, out);
+  note_whole_times(file, out);
   mark_gaps(out);
   return out;
 }

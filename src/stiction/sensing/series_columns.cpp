@@ -9,6 +9,8 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <tuple>
+#include <utility>
 
 #include "stiction/core/invalid_input.hpp"
 
@@ -61,6 +63,23 @@ std::string_view without_unit(std::string_view name) {
   name = name.substr(0, open);
   while (!name.empty() && (name.back() == ' ' || name.back() == '_')) name.remove_suffix(1);
   return name;
+}
+
+/// Name of a column of time without its unit, and the seconds of this unit.
+std::pair<std::string, double> split_time_unit(std::string_view given) {
+  constexpr std::pair<std::string_view, double> kTimeUnits[] = {{"ms", 1e-3},      {"msec", 1e-3}, {"us", 1e-6},
+                                                                {"\u00b5s", 1e-6}, {"ns", 1e-9},   {"nsec", 1e-9}};
+  std::string name = to_lower(without_unit(given));
+  for (const auto& [unit, seconds] : kTimeUnits) {
+    for (const auto& [open, close] : {std::pair("[", "]"), std::pair("(", ")"), std::pair("_", "")}) {
+      const std::string end = fmt::format("{}{}{}", open, unit, close);
+      if (name.size() <= end.size() || !name.ends_with(end)) continue;
+      name.resize(name.size() - end.size());
+      while (!name.empty() && (name.back() == ' ' || name.back() == '_')) name.pop_back();
+      return {name, seconds};
+    }
+  }
+  return {name, 1.0};
 }
 
 bool is_at_boundary(std::string_view name, std::size_t at) {
@@ -122,13 +141,20 @@ class Table {
   Table(const Strings& names, const world::Model& model, const std::string& where, const std::vector<int>& unmeasured)
       : names_(names), joints_(joints_of(model, unmeasured)), where_(where) {}
 
-  std::size_t find_time() {
+  /// Column of the time, and the seconds of its unit.
+  std::pair<std::size_t, double> find_time() {
     std::vector<std::size_t> found;
+    double seconds = 1;
+    const bool is_libfranka =
+        std::any_of(names_.begin(), names_.end(), [](const std::string& name) { return name.find(kLibfranka) != std::string::npos; });
     for (std::size_t i = 0; i < names_.size(); ++i) {
-      const std::string name = to_lower(without_unit(names_[i]));
-      if (std::find(std::begin(kTimeNames), std::end(kTimeNames), name) != std::end(kTimeNames)) found.push_back(i);
+      const auto [name, of_unit] = split_time_unit(names_[i]);
+      const bool is_duration = name == "duration" && (is_libfranka || of_unit != 1);
+      if (!is_duration && std::find(std::begin(kTimeNames), std::end(kTimeNames), name) == std::end(kTimeNames)) continue;
+      found.push_back(i);
+      seconds = is_duration && of_unit == 1 ? 1e-3 : of_unit;  // franka::logToCSV writes milliseconds
     }
-    return take(found, "the time", "a column named t, time or __time [s]");
+    return {take(found, "the time", "a column named t, time or __time [s], or time_ms, time_us or time_ns"), seconds};
   }
 
   std::vector<std::size_t> find(const Quantity& quantity) {
@@ -158,7 +184,7 @@ class Table {
   Strings find_unread() const {
     Strings out;
     for (std::size_t i = 0; i < names_.size(); ++i)
-      if (std::find(taken_.begin(), taken_.end(), i) == taken_.end()) out.push_back(fmt::format("'{}'", names_[i]));
+      if (!names_[i].empty() && std::find(taken_.begin(), taken_.end(), i) == taken_.end()) out.push_back(fmt::format("'{}'", names_[i]));
     return out;
   }
 
@@ -186,6 +212,8 @@ class Table {
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const auto number = read_number(without_unit(names_[i]), words);
       if (!number) continue;
+      if (*number <= n && of_number[*number] && names_[*of_number[*number]] == names_[i])
+        throw core::InvalidInput(fmt::format("{}: got the column '{}' more than once, expected every name once", where_, names_[i]));
       if (*number > n || of_number[*number]) return std::nullopt;
       of_number[*number] = i;
     }
@@ -259,9 +287,14 @@ SeriesColumns find_columns(const Strings& names, const world::Model& model, cons
   Table table(names, model, where, unmeasured);
   SeriesColumns out;
   out.joints = joints_but(model.n_a(), unmeasured);
-  out.time = table.find_time();
+  std::tie(out.time, out.seconds) = table.find_time();
   out.q = table.find(position());
   out.tau = table.find(torque());
+  if (out.seconds != 1)
+    out.notes.push_back(fmt::format("{}: the times in '{}' are taken for {}", where, names[out.time],
+                                    out.seconds == 1e-3   ? "milliseconds"
+                                    : out.seconds == 1e-6 ? "microseconds"
+                                                          : "nanoseconds"));
   if (const Strings unread = table.find_unread(); !unread.empty())
     out.notes.push_back(fmt::format("{}: columns that are not read: {}", where, fmt::join(unread, ", ")));
   if (table.has_efforts())

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "stiction/tasks/arm_section.hpp"
+#include "stiction/tasks/kind_of_file.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::tasks {
@@ -72,6 +73,7 @@ void read_hand(const YamlNode& node, ControlScenario& out) {
 }
 
 ControlScenario read_scenario(const YamlNode& top, std::span<const std::filesystem::path> package_dirs) {
+  refuse_other_kind(top, FileKind::Control);
   top.require_map({"name", "description", "scene", "start", "reference", "hand", "hold", "controller", "plant", "estimator"});
   ControlScenario out;
   read_arm(top, package_dirs, out);

@@ -68,10 +68,12 @@ void look_at_gone(const YamlNode& node, std::vector<std::string>* notes) {
 void require_known_keys(const YamlNode& node, std::vector<std::string>* notes) {
   std::vector<std::string_view> gone(std::begin(kGone), std::end(kGone));
   gone.insert(gone.end(), std::begin(kOfTheThesis), std::end(kOfTheThesis));
-  std::vector<std::string_view> all = gone;
-  all.push_back(kAdvanced);
-  for (const OptionRow& row : option_table()) all.push_back(row.key);
-  node.require_map(all);
+  std::vector<std::string_view> silent = gone, known;
+  silent.push_back(kAdvanced);
+  for (const OptionRow& row : option_table()) known.push_back(row.key);
+  YamlNode today = node;  // messages name no option of an earlier version
+  for (const std::string_view key : silent) today = today.without(key);
+  today.require_map(known);
   look_at_gone(node, notes);
   if (const auto advanced = given(node, kAdvanced)) {
     advanced->require_map(gone);

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "stiction/core/file_fault.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
 #include "stiction/tasks/located_json.hpp"
@@ -333,6 +332,8 @@ PlanFile parse_plan(const std::string& text, const fs::path& file) {
   try {
     root = json::parse(text);
   } catch (const json::exception& e) {
+    if (file.extension() == ".yaml" || file.extension() == ".yml")
+      core::throw_invalid(name + ": file", "a YAML file", "a plan file (plan.json), as `stiction plan` writes it from a task");
     core::throw_invalid(name + ": file", fmt::format("something that is not JSON, or only part of it ({})", e.what()), "a plan file");
   }
   PlanFile out = read(Value(root, name, nullptr, {}, -1));
@@ -342,10 +343,7 @@ PlanFile parse_plan(const std::string& text, const fs::path& file) {
 
 PlanFile read_plan(const fs::path& path) {
   const fs::path file = fs::is_directory(path) ? path / "plan.json" : path;
-  std::ifstream in(file, std::ios::binary);
-  if (!in || !fs::is_regular_file(file)) core::throw_invalid(file.string() + ": file", "nothing that can be read", "a plan file");
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  return parse_plan(text, file);
+  return parse_plan(core::read_file(file, "a plan file"), file);
 }
 
 }  // namespace stiction::tasks

@@ -334,9 +334,9 @@ fs::path place_of(const fs::path& file) {
   constexpr int kMostLinks = 40;  // as Linux follows
   fs::path out = file;
   std::error_code error;
+  if (const auto there = fs::status(file, error); fs::exists(there) && !fs::is_regular_file(there))  // also /dev/stdout, a link to no path
+    core::throw_invalid(file.string(), fs::is_directory(there) ? "a folder" : "a device or a pipe", "a file to write");
   for (int i = 0; i < kMostLinks && fs::is_symlink(out, error); ++i) out = out.parent_path() / fs::read_symlink(out, error);
-  if (fs::exists(out, error) && !fs::is_regular_file(out, error))
-    core::throw_invalid(file.string(), fs::is_directory(out, error) ? "a folder" : "a device or a pipe", "a file to write");
   return out;
 }
 

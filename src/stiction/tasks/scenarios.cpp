@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/yaml.hpp"
@@ -19,7 +21,9 @@ fs::path find_scenario(const std::string& name_or_file, std::span<const fs::path
     std::error_code error;
     if (!name_or_file.empty() && fs::is_regular_file(file, error)) return file;
   }
-  core::throw_invalid("scenario", fmt::format("'{}'", name_or_file),
+  const std::vector<std::string> tasks = list_tasks(data_dirs);
+  const bool is_task = std::ranges::find(tasks, name_or_file) != tasks.end();
+  core::throw_invalid("scenario", fmt::format("'{}'{}", name_or_file, is_task ? ", which is a task" : ""),
                       fmt::format("a file ending in .yaml or one of {}", world::list_with_hint(name_or_file, list_tasks(folders))));
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/kind_of_file.hpp"
 #include "stiction/world/cache_file.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/yaml.hpp"
@@ -337,6 +338,7 @@ void read_measurement(const YamlNode& top, Scenario& out) {
 /// @param field  prefix of an option's field in messages
 Scenario read_scenario(const YamlNode& top, const std::string& field, const std::string& name,
                        std::span<const std::filesystem::path> package_dirs) {
+  refuse_other_kind(top, FileKind::Sensing);
   top.require_map({"name", "description", "scene", "sensing", "joints", "torques", "contact", "contacts", "base_wrench", "series", "poke"});
   Scenario out;
   out.name = top.string_or("name", name);

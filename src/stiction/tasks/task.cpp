@@ -1,6 +1,7 @@
 #include "stiction/tasks/task.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "stiction/core/faults.hpp"
 #include "stiction/core/sha256.hpp"
 #include "stiction/planning/goal_measure.hpp"
+#include "stiction/tasks/kind_of_file.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/scene_text.hpp"
 #include "stiction/tasks/task_sections.hpp"
@@ -77,6 +79,7 @@ Task read_task(const YamlNode& root, std::string name) {
   task.file = fs::absolute(root.file());  // plans name it from wherever they are written, also after a change of the working folder
   task.document = root;
   core::Faults faults;
+  refuse_other_kind(root, FileKind::Task);
   faults.collect([&] {
     root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "bystanders", "planner", "optimize"});
   });
@@ -134,6 +137,12 @@ Task load_task(const std::string& name_or_file, std::span<const fs::path> data_d
     return task;
   }
   const auto known = list_tasks(data_dirs);
+  for (const auto& dir : data_dirs) {
+    std::error_code error;
+    if (!name_or_file.empty() && fs::is_regular_file(dir.parent_path() / "scenarios" / (name_or_file + ".yaml"), error))
+      core::throw_invalid("task", fmt::format("'{}', which is a scenario of sense, control or touch", name_or_file),
+                          fmt::format("a file ending in .yaml or one of {}", fmt::join(known, ", ")));
+  }
   core::throw_invalid("task", fmt::format("'{}'", name_or_file),
                       fmt::format("a file ending in .yaml or one of {}", world::list_with_hint(name_or_file, known)));
 }

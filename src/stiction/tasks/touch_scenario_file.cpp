@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "stiction/tasks/arm_section.hpp"
+#include "stiction/tasks/kind_of_file.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
 
@@ -166,6 +167,7 @@ Task load_task_of(const YamlNode& node) {
 
 /// @param task  in place of the one that the scenario names; null: that
 TouchScenario read_scenario(const YamlNode& top, std::span<const std::filesystem::path> package_dirs, const Task* task = nullptr) {
+  refuse_other_kind(top, FileKind::Touch);
   top.require_map({"name", "description", "task", "scene", "start", "goal", "speed", "max_touches", "tolerance", "unknown", "misplaced",
                    "friction_motion", "tool", "moves", "controller", "plant", "estimator"});
   TouchScenario out;

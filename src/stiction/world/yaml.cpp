@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "stiction/core/faults.hpp"
+#include "stiction/core/file_fault.hpp"
 #include "stiction/core/number.hpp"
 #include "stiction/world/encoding.hpp"
 
@@ -175,15 +174,7 @@ YamlNode YamlNode::parse(const std::string& text, const std::filesystem::path& f
   }
 }
 
-YamlNode YamlNode::load(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in || !std::filesystem::is_regular_file(file)) {
-    throw InvalidInput(fmt::format("{}: file: got nothing that can be read, expected a YAML file", file.string()));
-  }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse(text.str(), file);
-}
+YamlNode YamlNode::load(const std::filesystem::path& file) { return parse(core::read_file(file, "a YAML file"), file); }
 
 YamlNode::Kind YamlNode::kind() const { return data_ ? data_->kind : Kind::Null; }
 
@@ -314,8 +305,11 @@ std::int64_t YamlNode::integer() const {
 }
 
 bool YamlNode::boolean() const {
-  if (is_scalar() && !data_->quoted && data_->scalar == "true") return true;
-  if (is_scalar() && !data_->quoted && data_->scalar == "false") return false;
+  const auto is_one_of = [&](std::initializer_list<std::string_view> spellings) {
+    return is_scalar() && !data_->quoted && std::find(spellings.begin(), spellings.end(), data_->scalar) != spellings.end();
+  };
+  if (is_one_of({"true", "True", "TRUE"})) return true;  // the core schema of YAML 1.2
+  if (is_one_of({"false", "False", "FALSE"})) return false;
   fail("true or false");
 }
 
