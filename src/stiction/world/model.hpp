@@ -77,8 +77,8 @@ struct Dof {
   double speed_limit =
       std::numeric_limits<double>::infinity();  ///< largest speed of a robot joint [m/s or rad/s]; see Model::speed_limit()
   /// Dry friction τ_f [N or N·m] and viscous damping [N·s/m or N·m·s/rad] of a hinge, a slider, or a robot joint and its followers. A step uses
-  /// the dry friction of objects (S.19); simulations also use the damping. For robot joints, the servos compensate both, as they compensate
-  /// the robot's weight.
+  /// the dry friction of objects (S.19); simulations also use the damping. Servos of robot joints compensate the dry friction, as they do the
+  /// robot's weight, and the damping up to the speed that they ask for (M.5).
   double friction = 0, damping = 0;
   double spring = 0, spring_rest = 0;  ///< spring of an object's joint: τ = spring·(spring_rest − q); see ObjectSpec::joint_stiffness
 };
