@@ -97,7 +97,6 @@ double swing(const std::string& joint) {
   return most;
 }
 
-/// MuJoCo's own simulation of metaworld's file gives 0.5 mm, and 4.6 mm without armature and damping.
 TEST(JointMotors, HeldCube_SwingsLessWithTheDampingOfItsFingers) {
   const double damped = swing("armature='100' damping='1000'"), free = swing("");
   EXPECT_LT(damped, 1e-3);
@@ -130,6 +129,24 @@ TEST(JointMotors, MotorWithLittleForce_IsSlowedByTheDamping) {
     ASSERT_EQ(plant.advance(u, 0.1), Status::Solved);
   }
   EXPECT_NEAR(plant.v()[0], 0.05, 1e-3);
+}
+
+/// A spring without damping of its own asks for any speed towards its command.
+TEST(JointMotors, UndampedServo_OvercomesTheDampingTowardsItsCommand) {
+  const auto first_half = [](const std::string& joint) {
+    world::Scene scene = empty_scene({0, 0, 0});
+    world::RobotSpec robot;
+    robot.name = "r";
+    robot.mjcf = finger(joint, "");
+    scene.robots.push_back(robot);
+    PlantOptions options;
+    options.damping_ratio = 0;
+    SteppedPlant plant(Plant::make(world::Model::make(scene), options));
+    plant.reset(VectorXd::Constant(1, -0.02), VectorXd::Zero(1));
+    EXPECT_EQ(plant.advance(VectorXd::Zero(1), 0.05), Status::Solved);
+    return plant.q()[0];
+  };
+  EXPECT_NEAR(first_half("armature='1' damping='40'"), first_half("armature='1'"), 2e-4);
 }
 
 /// A joint with the damping of a clamp stays stable, and moves where its command goes.

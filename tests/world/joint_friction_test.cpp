@@ -143,8 +143,10 @@ TEST_F(JointFriction, ArmatureAndServoDampingOfMjcf_AreThoseOfTheRobotsJoint) {
   ASSERT_EQ(one->n_a(), 1);
   EXPECT_DOUBLE_EQ(joint_motors(*one)[0].armature, 1600.0 / 400) << "of 3 + 9 * 2, what the spring moves at 20 rad/s";
   EXPECT_TRUE(std::any_of(one->notes().begin(), one->notes().end(), [](const std::string& note) {
-    return note == "arm: armatures that springs move at less than 20 rad/s are smaller here [kg·m², kg]: a 21";
+    return note == "arm: armatures that springs move at less than 20 rad/s are smaller here [kg·m², kg]: a 4 in place of 21";
   })) << fmt::format("{}", fmt::join(one->notes(), "\n"));
+  const auto soft = load("robots: [{name: arm, mjcf: two.xml, stiffness: {a: 1600, b: 900}}]\n");
+  EXPECT_EQ(joint_motors(*soft)[0].damping, 0) << "k_v belongs to the stiffness of the file";
 }
 
 TEST_F(JointFriction, LargestForce_IsThatOfTheShapeElseOfItsOwner) {

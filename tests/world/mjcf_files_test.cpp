@@ -137,10 +137,11 @@ TEST(MjcfFiles, NumbersThatAreNone_AreRefusedByElementAndAttribute) {
   };
   EXPECT_EQ(message("", "range='-inf inf'", "", "forcerange='-inf inf'"), "");
   const std::string all = message("pos='nan 0 0'", "damping='-1'", "friction='inf'", "gear='nan'");
-  for (const char* part : {"pos and quat of the bodies 'b'", "damping and frictionloss of the joints 'j'", "friction of the geoms 'g'",
-                           "gear of the actuators 'm'", "expected finite numbers"})
+  for (const char* part : {"pos and quat of the bodies 'b'", "damping, frictionloss and armature of the joints 'j'",
+                           "friction of the geoms 'g'", "gear of the actuators 'm'", "expected finite numbers"})
     EXPECT_NE(all.find(part), std::string::npos) << all;
-  for (const char* joint : {"axis='nan 0 0'", "ref='inf'", "range='nan 1' limited='true'", "stiffness='nan'", "frictionloss='inf'"})
+  for (const char* joint : {"axis='nan 0 0'", "ref='inf'", "range='nan 1' limited='true'", "stiffness='nan'", "frictionloss='inf'",
+                            "armature='nan'", "armature='-1'"})
     EXPECT_NE(message("", joint, "", "").find("of the joints 'j'"), std::string::npos) << joint;
   EXPECT_NE(message("", "", "", "forcerange='nan 1'").find("ranges of the actuators 'm'"), std::string::npos);
 }

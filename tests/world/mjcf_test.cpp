@@ -159,7 +159,12 @@ TEST(Mjcf, SoftSpringWithoutActuator_IsNotTheStiffnessOfTheMotor) {
     robot.mjcf = file;
     Scene scene;
     scene.robots.push_back(robot);
-    return Model::make(scene)->stiffness()[0];
+    const auto model = Model::make(scene);
+    const bool noted = std::ranges::any_of(model->notes(), [](const std::string& note) {
+      return note == "arm: springs that are softer than this are left out [N·m/rad, N/m]: a 10";
+    });
+    EXPECT_EQ(noted, spring == "stiffness='10'") << fmt::format("{}", fmt::join(model->notes(), "\n"));
+    return model->stiffness()[0];
   };
   const double chosen = stiffness("");
   EXPECT_GT(chosen, 100);

@@ -56,7 +56,8 @@ void copy_from_qpos(const Plant::Impl& plant, const mjtNum* qpos, Eigen::Ref<Eig
 /// posture
 void calc_inertia(const Plant::Impl& plant, const mjData& data, Eigen::VectorXd& out);
 
-/// Computes the damping D = 2 ζ √(K_a M_jj) of the joint springs (n_a), or that of their servos in the file if it is larger. @param inertia  (n_v)                                                                     (M.1)
+/// Computes the damping D = 2 ζ √(K_a M_jj) of the joint springs (n_a), or k_v of their servos in the file if it is larger. (M.1)
+/// @param inertia  (n_v)
 void calc_damping(const Plant::Impl& plant, const Eigen::VectorXd& inertia, Eigen::VectorXd& out);
 
 /// Starts `data` at rest in q and computes its mass matrix. Cylinders that stand on a plane are tilted by 1e-8 rad: MuJoCo seeks their

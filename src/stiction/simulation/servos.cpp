@@ -1,14 +1,16 @@
 #include "stiction/simulation/servos.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace stiction::simulation {
 
 namespace {
 
-/// Most damping of a joint in its file, as a share of M_jj per timestep: at this damping it stops within ten timesteps. The torque that overcomes
+/// Most damping of a joint in its file, as a share of M_jj per timestep: at this damping it stops within some timesteps. The torque that overcomes
 /// it belongs to the speed before the timestep, so it acts as an inertia of this share.
-constexpr double kMostDamping = 0.1;
+constexpr double kMostDamping = 1.0 / 3;
 
 }  // namespace
 
@@ -33,9 +35,9 @@ void Servos::overcome_damping(mjData& data) {
     const double d = std::min(model.dofs()[v].damping, kMostDamping * inertia_[model.n_vu() + j] / plant_.options.timestep);
     const int dof = plant_.v_address[v];
     mujoco_->dof_damping[dof] = d;
-    if (damping_[j] == 0) continue;
     double& command = data.ctrl[plant_.actuator_id[i]];
-    const double K = model.stiffness()[j], asked = K / damping_[j] * (command - data.qpos[plant_.q_address[first + i]]);
+    const double K = model.stiffness()[j], strain = command - data.qpos[plant_.q_address[first + i]];
+    const double asked = damping_[j] > 0 ? K / damping_[j] * strain : std::copysign(std::numeric_limits<double>::infinity(), strain);
     command += d / K * std::clamp(data.qvel[dof], std::min(asked, 0.0), std::max(asked, 0.0));
   }
 }

@@ -12,7 +12,7 @@ namespace stiction::simulation {
 /// The joint springs of a plant. Their damping follows the present posture, as in the joint impedance controllers of arms: D_j = 2 ζ √(K_j M_jj(q)).     (M.1)
 /// A stretched arm has many times the joint inertia of an upright one, and would swing with the damping of the upright posture.
 /// The damping d_j of the joints in their file acts besides. The servo overcomes it up to the speed q̇* that it asks for, at which its torque
-/// K_a (u − q) + D (u̇ − q̇) vanishes, with d_j clamp(q̇, 0, q̇*). All other motions feel d_j.                                               (M.5)
+/// K_a (u − q) + D (u̇ − q̇) vanishes, with d_j clamp(q̇, 0, q̇*). All other motions feel d_j, up to M_jj/(3 h).                                               (M.5)
 class Servos {
  public:
   explicit Servos(const Plant::Impl& plant);

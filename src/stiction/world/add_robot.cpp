@@ -21,10 +21,6 @@ Matrix3d cross_matrix(const Vector3d& a) {
   return m;
 }
 
-/// Least frequency of a joint spring with the armature of its motor alone [rad/s]. Motors with more armature have stronger commands in their maker's
-/// program: metaworld moves its fingers of 100 kg with 400 N, and not with the few newtons of a spring of 400 N/m within their range.
-constexpr double kSlowest = 20;
-
 /// Adds the links and joints of one robot to a model.
 class RobotAdder {
  public:
@@ -63,9 +59,12 @@ class RobotAdder {
                       fmt::format("stiffness of joints without one, which bear their effort at 1/40 of their range [N·m/rad, N/m]: {}",
                                   list_some(chosen_)));
     }
+    if (!soft_.empty()) {
+      parts_.add_note(spec_.name, fmt::format("springs that are softer than this are left out [N·m/rad, N/m]: {}", list_some(soft_)));
+    }
     if (!heavy_.empty()) {
       parts_.add_note(spec_.name, fmt::format("armatures that springs move at less than {} rad/s are smaller here [kg·m², kg]: {}",
-                                              kSlowest, list_some(heavy_)));
+                                              kLeastFrequency, list_some(heavy_)));
     }
     if (!unbounded_.empty()) {
       parts_.add_note(spec_.name,
@@ -214,7 +213,8 @@ class RobotAdder {
     double spring = found != stiffness.end() ? found->second : joint.stiffness.value_or(0);
     if (spring == 0) {
       spring = calc_default_stiffness(tree, i);
-      if (joint.spring >= spring)  // the spring of the file bears the weight by itself
+      if (joint.spring > 0 && joint.spring < spring) soft_.push_back(fmt::format("{} {:.3g}", joint.name, joint.spring));
+      if (joint.spring >= spring)
         spring = joint.spring;
       else
         chosen_.push_back(fmt::format("{} {:.3g}", joint.name, spring));
@@ -224,9 +224,11 @@ class RobotAdder {
     m_.dofs.back().speed_limit = joint.speed_limit;
     parts_.set_joint_friction(joint.friction, joint.damping);
     m_.motors.push_back(joint.motor);
-    if (const double most = spring / (kSlowest * kSlowest); joint.motor.armature > most) {
-      m_.motors.back().armature = most;
-      heavy_.push_back(fmt::format("{} {:.3g}", joint.name, joint.motor.armature));
+    JointMotor& motor = m_.motors.back();
+    if (found != stiffness.end()) motor.damping = 0;  // of a servo with another stiffness
+    if (const double most = spring / (kLeastFrequency * kLeastFrequency); motor.armature > most) {
+      heavy_.push_back(fmt::format("{} {:.3g} in place of {:.3g}", joint.name, most, motor.armature));
+      motor.armature = most;
     }
     parts_.reach.push_back(kind == DofKind::Revolute ? calc_reach(tree, i) : 1.0);
     ++m_.n_v;
@@ -245,6 +247,7 @@ class RobotAdder {
   const RobotSpec& spec_;
   int index_;                             ///< index of the robot
   std::vector<std::string> chosen_{};     ///< joints whose stiffness is the default, with its value
+  std::vector<std::string> soft_{};       ///< joints whose spring in the file is softer than the chosen stiffness
   std::vector<std::string> heavy_{};      ///< joints whose armature is limited, with that of the file
   std::vector<std::string> unbounded_{};  ///< joints without a stated effort
 };

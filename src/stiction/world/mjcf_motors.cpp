@@ -77,9 +77,7 @@ void MjcfMotors::add_actuator(int i, int j, double lever) {
   }
   if (force && *force <= core::kLargestNumber && *force * lever != 0)
     effort_[joint] = effort_[joint].value_or(0) + *force * std::abs(lever);
-  const bool servo =
-      fixed_gain && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] != 0 && bias[1] < 0 && m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
-  if (!servo) return;
+  if (!is_position_servo(*m_, i)) return;
   spring_[joint] = spring_[joint].value_or(0) - bias[1] * lever * lever;
   damping_[joint] += std::max(0.0, -bias[2]) * lever * lever;
 }

@@ -63,9 +63,9 @@ class NumberChecker {
       const int q = m_.jnt_qposadr[j];
       return m_.jnt_type[j] == mjJNT_FREE || (is_finite(m_.qpos0[q]) && is_finite(m_.qpos_spring[q]));
     });
-    pick("damping and frictionloss of the joints", mjOBJ_JOINT, m_.njnt, [&](int j) {
+    pick("damping, frictionloss and armature of the joints", mjOBJ_JOINT, m_.njnt, [&](int j) {
       const int v = m_.jnt_dofadr[j];
-      return is_finite_or_none(m_.dof_damping[v]) && is_finite_or_none(m_.dof_frictionloss[v]);
+      return is_finite_or_none(m_.dof_damping[v]) && is_finite_or_none(m_.dof_frictionloss[v]) && is_finite_or_none(m_.dof_armature[v]);
     });
   }
 

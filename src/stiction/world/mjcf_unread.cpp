@@ -6,6 +6,7 @@
 #include <array>
 #include <string_view>
 
+#include "stiction/world/mjcf_view.hpp"
 #include "stiction/world/robot_tree.hpp"
 
 namespace stiction::world {
@@ -99,10 +100,7 @@ class UnreadFinder {
   bool is_on_joint(int actuator) const {
     return m_.actuator_trntype[actuator] == mjTRN_JOINT || m_.actuator_trntype[actuator] == mjTRN_JOINTINPARENT;
   }
-  bool is_servo(int i) const {
-    return is_on_joint(i) && m_.actuator_gaintype[i] == mjGAIN_FIXED && m_.actuator_biastype[i] == mjBIAS_AFFINE &&
-           m_.actuator_biasprm[mjNBIAS * i + 1] != 0;
-  }
+  bool is_servo(int i) const { return is_on_joint(i) && is_position_servo(m_, i); }
   /// True if the commands of a servo cannot move its joint through its whole range.
   bool has_narrow_commands(int i) const {
     const int joint = m_.actuator_trnid[2 * i];

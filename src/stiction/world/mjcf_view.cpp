@@ -174,6 +174,12 @@ std::string MjcfView::describe_spring(int joint) const {
   return slides_or_turns(joint) ? "a passive spring that is not linear" : "a passive spring of a ball or a free joint";
 }
 
+bool is_position_servo(const mjModel& m, int actuator) {
+  return m.actuator_gaintype[actuator] == mjGAIN_FIXED && m.actuator_biastype[actuator] == mjBIAS_AFFINE &&
+         m.actuator_dyntype[actuator] != mjDYN_INTEGRATOR && m.actuator_gainprm[mjNGAIN * actuator] != 0 &&
+         m.actuator_biasprm[mjNBIAS * actuator + 1] < 0;
+}
+
 bool MjcfView::is_on_joint(int actuator) const {
   return m_->actuator_trntype[actuator] == mjTRN_JOINT || m_->actuator_trntype[actuator] == mjTRN_JOINTINPARENT;
 }

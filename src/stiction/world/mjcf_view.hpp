@@ -20,6 +20,9 @@ struct MjcfMeaning {
   std::vector<bool> equality, tendon_limit, tendon_spring;  ///< per equality and tendon of the file
 };
 
+/// True for an actuator with the force c·command + b₀ − k_p q − k_v q̇ at once, whatever its name in the file.
+bool is_position_servo(const mjModel& m, int actuator);
+
 /// Queries on the elements of a compiled MJCF: their names, which of them collide or are coupled, and which are ignored.
 class MjcfView {
  public:
