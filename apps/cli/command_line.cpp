@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app.hpp"
+#include "stiction/core/parallel.hpp"
 
 namespace stiction::app {
 namespace fs = std::filesystem;
@@ -19,7 +20,8 @@ void add_seed(CLI::App& command, std::optional<std::uint64_t>& seed, const std::
 }
 
 void add_threads(CLI::App& command, std::optional<int>& threads) {
-  add_integer(command, "--threads", threads, "Number of threads, 0 for all cores; the result does not depend on it", {0, 1024});
+  add_integer(command, "--threads", threads, "Number of threads, 0 for all cores; the result does not depend on it",
+              {0, core::kMostThreads});
 }
 
 void add_timeout(CLI::App& command, double& timeout_s, const std::string& meaning) {

@@ -94,12 +94,15 @@ void require_words(int argc, char** argv) {
 
 /// @throws CLI::ValidationError: '-' for an output, which other programs take for stdout. Only `import` writes there
 void require_named_outputs(int argc, char** argv) {
+  if (argc < 2 || std::string_view(argv[1]) == "import") return;
   for (int i = 2; i < argc; ++i) {
     const std::string_view word = argv[i], before = argv[i - 1];
     const bool is_output = before == "-o" || before == "--out" || before == "--html";
-    if ((word == "-" && is_output && std::string_view(argv[1]) != "import") || word == "--out=-" || word == "--html=-")
+    if ((word == "-" && is_output) || word == "-o-" || word == "--out=-" || word == "--html=-")
       throw CLI::ValidationError(
-          std::string(is_output ? before : word.substr(0, word.find('='))),
+          std::string(is_output       ? before
+                      : word == "-o-" ? "-o"
+                                      : word.substr(0, word.find('='))),
           "got '-', expected the name of a file or folder: no result is written to stdout; --json writes a summary there");
   }
 }

@@ -55,12 +55,20 @@ inline constexpr bool is_shared_with_python = std::is_same_v<T, world::Model> ||
 template <class T>
 inline constexpr bool is_plain = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
+/// Equal values have equal bytes: −0.0 is written as 0.0.
+template <class T>
+T without_minus_zero(T value) {
+  if constexpr (std::is_floating_point_v<T>) return value + T{0};
+  return value;
+}
+
 class Writer {
  public:
   template <class T>
   void put(const T& value) {
     if constexpr (is_plain<T>) {
-      put_bytes(&value, sizeof value);
+      const T number = without_minus_zero(value);
+      put_bytes(&number, sizeof number);
     } else if constexpr (std::is_same_v<T, std::string>) {
       put(value.size());
       put_bytes(value.data(), value.size());
@@ -69,7 +77,8 @@ class Writer {
     } else if constexpr (std::is_base_of_v<Eigen::EigenBase<T>, T>) {
       put(value.rows());
       put(value.cols());
-      put_bytes(value.data(), static_cast<std::size_t>(value.size()) * sizeof(typename T::Scalar));
+      const T numbers = value.unaryExpr([](auto number) { return without_minus_zero(number); });
+      put_bytes(numbers.data(), static_cast<std::size_t>(numbers.size()) * sizeof(typename T::Scalar));
     } else if constexpr (is_a<T, std::vector>) {
       put(value.size());
       for (const auto& item : value) put<typename T::value_type>(item);

@@ -90,8 +90,9 @@ COORDINATES = {
 
 
 def _status(data: dict) -> str:
-    """As the file has it; a task that is shown before it is planned is no search that came to nothing."""
-    return "not planned" if data["status"] == "MaxIterations" and data["statistics"]["iterations"] == 0 else str(data["status"])
+    """As the file has it; a task that is shown before it is planned took no time, unlike a search that came to nothing."""
+    is_unplanned = data["status"] == "MaxIterations" and data["statistics"]["iterations"] == 0 and data["timing"]["wall_s"] == 0
+    return "not planned" if is_unplanned else str(data["status"])
 
 
 def _region(region: dict, joints: list[str]) -> list[str]:

@@ -172,7 +172,10 @@ TEST(ThreadPool, LessThanOneThreadOrTooMany_AreRefused) {
   }
 }
 
-TEST(HardwareThreads, Always_AtLeastOne) { EXPECT_GE(hardware_threads(), 1); }
+TEST(HardwareThreads, Always_MakeAPool) {
+  EXPECT_GE(hardware_threads(), 1);
+  EXPECT_LE(hardware_threads(), kMostThreads) << "ThreadPool takes no more";
+}
 
 TEST(RunControl, Default_NeverStops) {
   const RunControl control;

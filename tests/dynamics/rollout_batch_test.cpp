@@ -184,6 +184,11 @@ TEST(RolloutBatch, Cancelled_StaysWhereItIs) {
   RolloutGradient gradient;
   asked = 0;
   EXPECT_EQ(pull_back_rollout(*model, {q, u}, out, MatrixXd::Ones(12, 1), {}, work, gradient, control), Status::Cancelled);
+  core::RunControl late;
+  late.deadline = core::RunControl::Clock::now();
+  EXPECT_EQ(pull_back_rollout(*model, {q, u}, out, MatrixXd::Ones(12, 1), {}, work, gradient, late), Status::MaxIterations);
+  EXPECT_EQ(rollout_batch(*model, {q, u}, {}, work, out, late), Status::MaxIterations);
+  EXPECT_EQ(out.steps[0], 0);
 }
 
 }  // namespace

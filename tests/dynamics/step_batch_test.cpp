@@ -122,6 +122,10 @@ TEST(StepBatch, Cancelled_LeavesTheStepsThatAreNotDone) {
   EXPECT_EQ(out.failed, 40);
   EXPECT_EQ(out.q_next, pushes.q);
   EXPECT_TRUE(out.A.isZero(0) && out.B.isZero(0) && out.torque.isZero(0));
+  core::RunControl late;
+  late.deadline = core::RunControl::Clock::now();
+  EXPECT_EQ(step_batch(*pushes.model, {pushes.q, pushes.u}, options, work, out, late), Status::MaxIterations) << "as all that runs";
+  EXPECT_EQ(out.failed, 40);
   int asked = 0;
   core::RunControl later;
   later.abandoned = [&asked] { return ++asked > 7; };

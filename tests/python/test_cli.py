@@ -255,6 +255,10 @@ def test_view_of_a_task_shows_it_before_it_is_planned(tmp_path):
     assert page.stat().st_size > 10_000
     assert "<td>status</td><td>not planned</td>" in page.read_text()
     assert not list(tmp_path.glob("*.json"))
+    run("plan", "allegro_ball", "--timeout", 1e-9, "-o", tmp_path / "short")
+    assert json.loads((tmp_path / "short" / "plan.json").read_text())["statistics"]["iterations"] == 0
+    assert run("view", tmp_path / "short", "--html", page).returncode == 0
+    assert "<td>status</td><td>MaxIterations</td>" in page.read_text(), "a search, though its time was over before its first iteration"
     assert run("view", "planar_hnd").returncode == 2
 
 

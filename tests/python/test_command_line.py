@@ -225,7 +225,7 @@ def test_folder_with_a_module_of_the_same_name_is_not_read(real_plan: Path, tmp_
 @pytest.mark.parametrize("words", [["plan", "planar_pushing"], ["export", "PLAN", "--format", "csv"], ["sweep", "planar_pushing"], ["refine", "PLAN"], ["reproduce", "figure-2.1"]], ids=lambda words: words[0])
 def test_stdout_is_no_output_that_makes_a_file_of_this_name(words: list[str], real_plan: Path, tmp_path: Path) -> None:
     words = [str(real_plan) if word == "PLAN" else word for word in words]
-    for output in (["-o", "-"], ["--out=-"]):
+    for output in (["-o", "-"], ["-o-"], ["--out", "-"], ["--out=-"]):
         done = children.run([PROGRAM, *words, *output], cwd=tmp_path)
         assert done.returncode == 2 and "got '-', expected the name of a file or folder" in done.stderr, done.stderr
     assert list(tmp_path.iterdir()) == []
@@ -243,8 +243,12 @@ def test_imported_task_may_go_to_stdout_by_name(tmp_path: Path) -> None:
         "<body name='box' pos='.3 0 0'><joint name='b' type='slide' axis='1 0 0'/><geom size='.1' mass='1'/></body></worldbody>"
         "<actuator><position joint='x' kp='100'/></actuator></mujoco>"
     )
-    plain, named = children.run([PROGRAM, "import", scene], cwd=tmp_path), children.run([PROGRAM, "import", scene, "-o", "-"], cwd=tmp_path)
-    assert plain.returncode == 0 and named.stdout == plain.stdout and not (tmp_path / "-").exists(), plain.stderr + named.stderr
+    plain = children.run([PROGRAM, "import", scene], cwd=tmp_path)
+    assert plain.returncode == 0, plain.stderr
+    for output in (["-o", "-"], ["-o-"], ["--out", "-"], ["--out=-"]):
+        named = children.run([PROGRAM, "import", scene, *output], cwd=tmp_path)
+        assert named.returncode == 0 and named.stdout == plain.stdout, named.stderr
+    assert list(tmp_path.iterdir()) == [scene]
 
 
 @pytest.mark.parametrize("words", [["export", "PLAN", "--format", "csv"], ["report", "PLAN"], ["sweep", "planar_pushing"]], ids=lambda words: words[0])
@@ -278,6 +282,21 @@ def test_plan_and_task_come_through_a_pipe(real_plan: Path, tmp_path: Path) -> N
         with children.Child(["sh", "-c", 'exec cat "$0" > "$1"', source, pipe]):  # waits until the pipe is read
             done = children.run([PROGRAM, command, pipe], cwd=tmp_path)
         assert done.returncode == 0, done.stderr
+
+
+def test_plan_of_a_task_that_came_through_a_pipe_keeps_the_text(tmp_path: Path) -> None:
+    """A pipe cannot be read again. Its paths are relative to the working folder."""
+    (tmp_path / "task.yaml").write_text((ROOT / "tasks" / "planar_pushing.yaml").read_text().replace("../models", "models"))
+    (tmp_path / "models").symlink_to(ROOT / "models")
+    pipe = tmp_path / "elsewhere" / "pipe"
+    pipe.parent.mkdir()
+    os.mkfifo(pipe)
+    with children.Child(["sh", "-c", 'exec cat "$0" > "$1"', tmp_path / "task.yaml", pipe]):
+        done = children.run([PROGRAM, "plan", pipe, "-o", "out"], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    pipe.unlink()
+    done = children.run([PROGRAM, "check", "out"], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr + done.stdout
 
 
 @pytest.mark.parametrize(

@@ -504,6 +504,12 @@ def test_files_that_are_named_like_a_built_in_task_or_each_other_are_told_apart(
         ("<joint> *a* ``b & \\", "\\<joint> \\*a\\* \\`\\`b \\& \\\\"),
         ("![a](b) [c](d) [0, 0.25]", "!\\[a\\](b) [c\\](d) [0, 0.25]"),
         ("`stiction import` of `<a>`", "`stiction import` of \\`\\<a>\\`"),
+        ("__init__ _base_ left_arm_2 ~~x~~ ~y~", "\\_\\_init\\_\\_ \\_base\\_ left_arm_2 \\~\\~x\\~\\~ \\~y\\~"),
+        ("# x", "\\# x"),
+        ("a\n- x\n  + y\n> z", "a\n\\- x\n  \\+ y\n\\> z"),
+        ("1. x\n 23) y\n0.5 N\n-5 N", "1\\. x\n 23\\) y\n0.5 N\n\\-5 N"),
+        ("a\n===\nb | c\n--- | ---\n|:-:|", "a\n\\===\nb | c\n\\--- | ---\n\\|:-:|"),
+        ("a # b - c > d 1. e", "a # b - c > d 1. e"),
     ],
 )
 def test_text_of_others_is_no_markup(text: str, shown: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
@@ -99,6 +100,43 @@ def test_place_is_judged_by_the_view_that_is_on_its_way(pages: tuple[Cameras, di
     cameras.aim(LARGE, [page])
     page.tell()  # it has not come yet
     assert cameras.lost(POINT) == []
+
+
+@pytest.mark.parametrize("knows", [False, True], ids=["first", "later"])
+def test_view_arrives_whole_where_a_page_tells_its_camera_while_it_is_sent(pages: tuple[Cameras, dict[int, Any]], knows: bool) -> None:
+    """Whatever message it comes between; what it tells may be the same as what is sent in all but one."""
+    cameras, there = pages
+    number = count = 0
+    near = dataclasses.replace(LARGE, position=0.6 * LARGE.position)
+    for told in (near, LARGE, dataclasses.replace(LARGE, look_at=np.array([0.3, 0.2, 0.1])), dataclasses.replace(near, up=np.array([0.0, 0.6, 0.8]))):
+        for moment in range(14):
+            cameras.aim(told)
+            page = come(cameras, there)
+            if not knows:
+                cameras.aim(ASIDE)
+                page.tell()  # still the one before
+            number, count = page.client_id, 0
+
+            def queue(message: Any, page: Page = page, moment: int = moment) -> None:
+                nonlocal count
+                page.sent.append(message)
+                count += 1
+                if count == moment:
+                    page.tell()
+
+            page._websock_connection.queue_message = queue
+            cameras.aim(LARGE, [page])
+            for _ in range(2):
+                page.draw()
+                page.tell()
+                cameras.welcome()
+            assert page.looks_as(LARGE), (told, moment, page.has)
+            page.has["position"] = (6.0, 1.0, 0.0)
+            page.tell()
+            cameras.welcome()
+            page.draw()
+            assert page.has["position"] == (6.0, 1.0, 0.0), "turned"
+            del there[number]
 
 
 def test_view_that_somebody_has_turned_counts_from_then_on(pages: tuple[Cameras, dict[int, Any]]) -> None:

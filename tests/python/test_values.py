@@ -62,6 +62,15 @@ def test_values_with_equal_fields_are_equal_and_have_one_hash(task: st.Task) -> 
     assert plan == pickle.loads(pickle.dumps(plan)) and plan != plan[:1]
 
 
+def test_minus_zero_equals_zero(task: st.Task) -> None:
+    pairs = [
+        (st.PlannerOptions(task.model, goal_bias=0.0), st.PlannerOptions(task.model, goal_bias=-0.0)),
+        (st.BaseWrench([1, 2, 0.0], [0.0, 0, 0]), st.BaseWrench([1, 2, -0.0], [-0.0, 0, 0])),
+    ]
+    for zero, minus in pairs:
+        assert zero == minus and hash(zero) == hash(minus) and len({zero, minus}) == 1, zero
+
+
 def test_arrays_of_dataclasses_are_compared(tmp_path: Path) -> None:
     zeros = np.zeros((2, 1))
     log = st.JointStates(["a"], np.array([0.0, 1.0]), zeros, zeros * np.nan, zeros)
@@ -179,7 +188,8 @@ def test_ctrl_c_ends_a_check() -> None:
     begin = time.process_time()
     assert st.check_plan(plan).pass_
     whole = time.process_time() - begin
-    assert min(interrupted_after(lambda: st.check_plan(plan), 0.1 * whole) for _ in range(3)) < 0.5 * whole
+    for _ in range(3):
+        assert interrupted_after(lambda: st.check_plan(plan), 0.1 * whole) < 0.6 * whole, "at its end it would be 0.9"
 
 
 def test_touched_rows_may_be_an_array() -> None:

@@ -258,9 +258,13 @@ TEST(Series, TimesInOtherUnits_AreConvertedWithANote) {
 }
 
 TEST(Series, WholeTimes_MayBeMilliseconds) {
-  std::string text = "t,q0,q1,q2,tau0,tau1,tau2\n";
-  for (int i = 0; i < 20; ++i) text += std::to_string(8 * i) + ",0.1,0.2,0.3,1,2,3\n";
-  EXPECT_NE(read(text).notes.at(0).find("all times are whole numbers, taken for seconds"), std::string::npos);
+  const std::string columns = ",q0,q1,q2,tau0,tau1,tau2\n";
+  std::string rows;
+  for (int i = 0; i < 20; ++i) rows += std::to_string(8 * i) + ",0.1,0.2,0.3,1,2,3\n";
+  EXPECT_NE(read("t" + columns + rows).notes.at(0).find("all times are whole numbers, taken for seconds"), std::string::npos);
+  const auto notes = read("time_ms" + columns + rows).notes;
+  ASSERT_EQ(notes.size(), 1u) << "the unit is in the name";
+  EXPECT_NE(notes[0].find("taken for milliseconds"), std::string::npos) << notes[0];
 }
 
 TEST(Series, AnglesInDegrees_AreRefused) {

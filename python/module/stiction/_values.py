@@ -96,8 +96,14 @@ def _hash_of_sensor(sensor: Any) -> int:
     return hash(type(sensor))
 
 
+def _frozen(value: Any) -> Any:
+    if isinstance(value, dict):
+        return tuple((key, _frozen(part)) for key, part in value.items())
+    return tuple(_frozen(part) for part in value) if isinstance(value, list) else value
+
+
 def _hash_of_options(options: _core.PlannerOptions) -> int:
-    return hash(repr(options))
+    return hash(_frozen(options.to_dict()))  # the text tells -0.0 from 0.0, which are equal
 
 
 def _hash_of_pose(pose: _core.Pose) -> int:

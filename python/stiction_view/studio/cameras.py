@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import viser
@@ -22,6 +23,7 @@ class Aim:
     whole: View
     far: float
     width: float = np.inf  # by its height, of the picture that it was sent to
+    passing: tuple[View, ...] = ()  # sent just before
 
     @property
     def view(self) -> View:
@@ -35,6 +37,24 @@ class Aim:
         """Whether it has come and nobody has turned it since."""
         view, near = self.view, 1e-3 * self.whole.radius
         return self.has_come(camera) and bool(np.allclose(camera.position, view.position, atol=near) and np.allclose(camera.look_at, view.look_at, atol=near))
+
+    def is_half_there(self, camera: viser.CameraHandle) -> bool:
+        """Whether it has come with a part of what was sent just before: viser keeps back what a page tells while it sends."""
+        if not self.has_come(camera):
+            return False
+        now, wanted = _told(camera), _sent(self.view)
+        return any(
+            np.allclose(has, other) and not np.allclose(other, aimed) for view in self.passing for has, other, aimed in zip(now, _sent(view), wanted, strict=True)
+        )
+
+
+def _told(camera: viser.CameraHandle) -> tuple[Any, ...]:
+    return camera.position, camera.look_at, camera.up_direction, camera.fov, camera.near
+
+
+def _sent(view: View) -> tuple[Any, ...]:
+    """The same of a view, as look() sends it."""
+    return view.position, view.look_at, view.up, view.fov, 0.01 * view.radius
 
 
 def width_of(camera: viser.CameraHandle) -> float:
@@ -80,6 +100,8 @@ class Cameras:
             sent = self._sent.setdefault(number, self._first)
             if is_new and not sent.has_come(camera):
                 self._send(client, sent.whole)
+            elif sent.is_half_there(camera):
+                self._send(client, sent.whole)
             elif (width := width_of(camera)) != sent.width and sent.is_kept(camera):
                 if np.array_equal(sent.whole.for_picture(width).position, sent.view.position):
                     self._sent[number] = dataclasses.replace(sent, width=width)
@@ -110,10 +132,18 @@ class Cameras:
     def _send(self, client: viser.ClientHandle, view: View) -> None:
         before, aim = self._sent.get(client.client_id), Aim(view, self._new_far(view), width_of(client.camera))
         with client.atomic():
+            passing = [_carried(aim.view, client.camera.position)]
             if before is None or not before.has_come(client.camera):
-                look(client.camera, _other(aim.view))  # viser keeps back what it takes for known, and the page will have the view that is on its way
+                other = _other(aim.view)
+                passing += [other, _carried(aim.view, other.position, other.look_at)]
+                look(client.camera, other)  # viser keeps back what it takes for known, and the page will have the view that is on its way
             look(client.camera, aim.view, aim.far)
-        self._sent[client.client_id] = aim
+        self._sent[client.client_id] = dataclasses.replace(aim, passing=tuple(passing))
+
+
+def _carried(view: View, position: np.ndarray, look_at: np.ndarray | None = None) -> View:
+    """With what is looked at as viser takes it along with the position, from the one before."""
+    return dataclasses.replace(view, look_at=(view.look_at if look_at is None else look_at) + view.position - position)
 
 
 def _other(view: View) -> View:

@@ -84,9 +84,8 @@ struct ThreadPool::Impl {
 bool ThreadPool::Turn::over() const { return item >= needed->load(std::memory_order_relaxed) || (outer != nullptr && outer->over()); }
 
 ThreadPool::ThreadPool(int threads) : impl_(std::make_unique<Impl>()) {
-  constexpr int kMost = 1024;  // each may have a workspace
   if (threads < 1) throw_invalid("threads", std::to_string(threads), "at least 1");
-  if (threads > kMost) throw_invalid("threads", std::to_string(threads), "at most " + std::to_string(kMost));
+  if (threads > kMostThreads) throw_invalid("threads", std::to_string(threads), "at most " + std::to_string(kMostThreads));
   for (int worker = 1; worker < threads; ++worker) {
     impl_->threads.emplace_back([this, worker] { impl_->loop(worker); });
   }
@@ -133,6 +132,6 @@ int ThreadPool::run_until(int n, const Body& body, const Turn* outer) {
   return job.needed;
 }
 
-int hardware_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+int hardware_threads() { return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMostThreads); }
 
 }  // namespace stiction::core

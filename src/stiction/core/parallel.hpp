@@ -6,6 +6,9 @@
 
 namespace stiction::core {
 
+/// Most threads of one pool: each may have a workspace.
+inline constexpr int kMostThreads = 1024;
+
 /// A fixed set of worker threads. run() calls body(item, worker) for item = 0 … n−1 with worker in {0 … size()−1}. Items are handed out in
 /// order, but the worker that takes an item varies from run to run, so results must not depend on the worker.
 /// run() throws an exception of a body again; if several bodies throw, the exception of the smallest item.
@@ -23,7 +26,7 @@ class ThreadPool {
     const Turn* outer = nullptr;  ///< turn of the item whose body started the run
   };
 
-  explicit ThreadPool(int threads);  ///< ≥ 1; 1 runs everything on the calling thread
+  explicit ThreadPool(int threads);  ///< in [1, kMostThreads]; 1 runs everything on the calling thread
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
@@ -44,7 +47,7 @@ class ThreadPool {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Number of hardware threads, at least 1.
+/// Number of hardware threads, in [1, kMostThreads].
 int hardware_threads();
 
 }  // namespace stiction::core

@@ -106,7 +106,7 @@ Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, con
     for (Index t = 0; t < size.steps; ++t) {
       const auto from = q.segment(t * size.n_q, size.n_q);
       auto to = q.segment((t + 1) * size.n_q, size.n_q);
-      if (status == Status::Solved && control.stop()) status = Status::Cancelled;
+      if (status == Status::Solved && control.stop()) status = control.cancelled() ? Status::Cancelled : Status::MaxIterations;
       if (status == Status::Solved) {
         status = step_of(model, i, t, {from, in.u.col(i).segment(t * size.n_a, size.n_a)}, nullptr, options, steps, result);
         out.steps[static_cast<std::size_t>(i)] += status == Status::Solved;
@@ -127,15 +127,15 @@ Status pull_back_rollout(const world::Model& model, const RolloutBatchInput& in,
   const bool smoothed = std::holds_alternative<Analytic>(options.smoothing);
   out.q_start.resize(size.n_q, size.n);
   out.u.setZero(size.n_a * size.steps, size.n);
-  std::atomic<bool> cancelled = false;
+  std::atomic<bool> stopped = false;
   detail::for_each_column(work, size.n, 1, [&](Index i, StepWorkspace& steps, StepResult& result) {
     const auto q = rolled.q.col(i);
     const auto g = D_L_q.col(i);
     VectorXd w = VectorXd::Zero(model.n_v()), delta(model.n_v());
     add_tangent(model, q.tail(size.n_q), g.tail(size.n_q), w);
     for (Index t = size.steps; t-- > 0;) {
-      if (cancelled || control.stop()) {
-        cancelled = true;
+      if (stopped || control.stop()) {
+        stopped = true;
         return;
       }
       const auto from = q.segment(t * size.n_q, size.n_q);
@@ -150,7 +150,7 @@ Status pull_back_rollout(const world::Model& model, const RolloutBatchInput& in,
     }
     to_numbers(model, q.head(size.n_q), w, out.q_start.col(i));
   });
-  return cancelled ? Status::Cancelled : Status::Solved;
+  return !stopped ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
 }
 
 }  // namespace stiction::dynamics

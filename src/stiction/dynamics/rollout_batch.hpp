@@ -29,7 +29,7 @@ struct RolloutGradient {
 /// in any batch.
 ///
 /// @param options  options of the steps; the derivative flags and warm_start are ignored
-/// @param control  checked before each step. Trajectories that it stopped have the status Cancelled and stay where they are
+/// @param control  checked before each step. Trajectories that it stopped are Cancelled or MaxIterations (deadline) and stay where they are
 /// @returns Solved, or the status of the first trajectory that failed
 /// @throws  core::InvalidInput: as step_batch(), and a length of u that is not a multiple of n_a
 /// Tests: tests/dynamics/rollout_batch_test.cpp
@@ -50,7 +50,7 @@ core::Status rollout_batch(const world::Model& model, const RolloutBatchInput& i
 /// @param options  options of the steps to differentiate. They may be smoother than those of the rollout, whose exact derivative is 0 if
 ///                 nothing touches
 /// @param control  checked before each step
-/// @returns Solved; or Cancelled, and then `out` is of no use
+/// @returns Solved; or Cancelled or MaxIterations (deadline), and then `out` is of no use
 /// @throws core::InvalidInput: sizes
 /// Tests: tests/dynamics/rollout_batch_test.cpp
 core::Status pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, const RolloutBatchResult& rolled, MatrixRef D_L_q,

@@ -13,9 +13,8 @@ using core::Status;
 namespace {
 
 int count_threads(int threads) {
-  constexpr int kMost = 1024;  // as ThreadPool
-  if (threads < 0 || threads > kMost)
-    core::throw_invalid("threads", std::to_string(threads), fmt::format("0 for all cores, or a number up to {}", kMost));
+  if (threads < 0 || threads > core::kMostThreads)
+    core::throw_invalid("threads", std::to_string(threads), fmt::format("0 for all cores, or a number up to {}", core::kMostThreads));
   return threads == 0 ? core::hardware_threads() : threads;
 }
 
@@ -53,7 +52,7 @@ Status step_batch(const world::Model& model, const StepBatchInput& in, const Ste
   out.B.resize(options.with_B ? model.n_v() * model.n_a() : 0, options.with_B ? n : 0);
   detail::for_each_column(workspace, n, kBlock, [&](Eigen::Index i, StepWorkspace& steps, StepResult& result) {
     if (control.stop()) {
-      out.status[static_cast<std::size_t>(i)] = Status::Cancelled;
+      out.status[static_cast<std::size_t>(i)] = control.cancelled() ? Status::Cancelled : Status::MaxIterations;
       out.q_next.col(i) = in.q.col(i);
       out.torque.col(i).setZero();
       if (options.with_A) out.A.col(i).setZero();

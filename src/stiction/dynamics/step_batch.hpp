@@ -45,8 +45,8 @@ class StepBatchWorkspace {
 /// number of threads, order and size of the batch.
 ///
 /// @param options  options of the steps; warm_start and with_force_derivatives are ignored
-/// @param control  checked before each step. Steps that it stopped have the status Cancelled
-/// @returns Solved, or the status of the first step that failed. A failed or cancelled step has q_next = q and A = B = 0
+/// @param control  checked before each step. Steps that it stopped have the status Cancelled, or MaxIterations after its deadline
+/// @returns Solved, or the status of the first step that failed. A failed or stopped step has q_next = q and A = B = 0
 /// @throws  core::InvalidInput: as step(), with the index of the step; also if q and u have different numbers of columns
 /// Tests: tests/dynamics/step_batch_test.cpp
 core::Status step_batch(const world::Model& model, const StepBatchInput& in, const StepOptions& options, StepBatchWorkspace& work,

@@ -94,6 +94,16 @@ std::optional<std::pair<std::string_view, std::string_view>> find_other_format(s
   return std::nullopt;
 }
 
+/// Says of times that are a second and more apart in whole numbers that they may be milliseconds.
+void note_whole_times(const std::filesystem::path& file, Series& series) {
+  constexpr std::size_t kFewest = 20;
+  if (series.times.size() < kFewest) return;
+  const auto is_whole = [](double t) { return t == std::floor(t); };
+  if (!std::all_of(series.times.begin(), series.times.end(), is_whole)) return;
+  series.notes.push_back(
+      fmt::format("{}: series: all times are whole numbers, taken for seconds; a column time_ms is in milliseconds", file.string()));
+}
+
 /// A table of numbers, with or without a line of names.
 class CsvReader {
  public:
@@ -133,6 +143,7 @@ class CsvReader {
     if (left_out_ > 0)
       out.notes.push_back(fmt::format("{}: {} of {} lines lack a number and are left out, the first is line {}", file_.string(), left_out_,
                                       left_out_ + times_.size(), first_left_out_));
+    if (columns_->seconds == 1) note_whole_times(file_, out);
     return out;
   }
 
@@ -280,12 +291,9 @@ Series load_npz(const std::filesystem::path& file, const world::Model& model, co
   const std::vector<int> measured = joints_but(model.n_a(), unmeasured);
   out.q = spread(take_columns(q, columns).transpose(), measured, model.neutral().tail(model.n_a()));
   out.tau = spread(take_columns(tau, columns).transpose(), measured, Eigen::VectorXd::Zero(model.n_a()));
+  note_whole_times(file, out);
   return out;
 }
-
-}  // namespace
-
-namespace {
 
 /// Refuses torques that no motor of the robot can bear: they must have another unit.
 void require_newton_metres(const std::filesystem::path& file, const world::Model& model, const Series& series) {
@@ -314,16 +322,6 @@ void require_radians(const std::filesystem::path& file, const world::Model& mode
   }
 }
 
-/// Says of times that are a second and more apart in whole numbers that they may be milliseconds.
-void note_whole_times(const std::filesystem::path& file, Series& series) {
-  constexpr std::size_t kFewest = 20;
-  if (series.times.size() < kFewest) return;
-  const auto is_whole = [](double t) { return t == std::floor(t); };
-  if (!std::all_of(series.times.begin(), series.times.end(), is_whole)) return;
-  series.notes.push_back(
-      fmt::format("{}: series: all times are whole numbers, taken for seconds; a column time_ms is in milliseconds", file.string()));
-}
-
 /// Refuses times that are none in seconds.
 void require_seconds(const std::filesystem::path& file, const Series& series) {
   constexpr double kLatest = 1e11;  // the year 5138, since 1970
@@ -347,7 +345,6 @@ Series load_series(const std::filesystem::path& file, const world::Model& model,
   require_seconds(file, out);
   require_radians(file, model, out);
   require_newton_metres(file, model, out);
-  note_whole_times(file, out);
   mark_gaps(out);
   return out;
 }

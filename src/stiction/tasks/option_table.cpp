@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "stiction/core/parallel.hpp"
 #include "stiction/tasks/option_rows.hpp"
 
 namespace stiction::tasks {
@@ -50,7 +51,7 @@ std::vector<OptionRow> make_table() {
     if (node.integer() < 0) node.fail("an integer ≥ 0");
     return static_cast<std::uint64_t>(node.integer());
   };
-  const auto threads = [](const YamlNode& node) { return nonnegative_int(node, 1024); };
+  const auto threads = [](const YamlNode& node) { return nonnegative_int(node, core::kMostThreads); };
   const auto count = [](const YamlNode& node) { return node.positive_int(); };
   return {
       outside_plan(field("seed", &P::seed, kNumberOfThem, seed, "Seed of the search. The same seed gives the same plan.")),

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "stiction/core/faults.hpp"
+#include "stiction/core/file_fault.hpp"
 #include "stiction/core/sha256.hpp"
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/tasks/kind_of_file.hpp"
@@ -127,6 +128,9 @@ std::vector<std::string> list_tasks(std::span<const fs::path> data_dirs) {
 }
 
 Task load_task(const std::string& name_or_file, std::span<const fs::path> data_dirs) {
+  std::error_code ignored;
+  if (names_a_file(name_or_file) && fs::is_fifo(name_or_file, ignored))  // what came through a pipe cannot be read again
+    return parse_task(core::read_file(name_or_file, "a YAML file"), fs::current_path());
   if (names_a_file(name_or_file)) return read_task(world::load_yaml_with_base(name_or_file), fs::path(name_or_file).stem().string());
   for (const auto& dir : data_dirs) {
     const fs::path file = dir / (name_or_file + ".yaml");

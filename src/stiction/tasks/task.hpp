@@ -46,7 +46,7 @@ std::vector<std::filesystem::path> default_package_dirs();
 /// Names of the built-in tasks, in alphabetical order.
 std::vector<std::string> list_tasks(std::span<const std::filesystem::path> data_dirs);
 
-/// Loads a built-in task by its name, or a file: anything that ends in .yaml or .yml or contains a '/'.
+/// Loads a built-in task by its name, or a file, named with '.yaml', '.yml' or '/'. What comes through a pipe is a task in memory.
 /// @throws core::InvalidInput "FILE:LINE: field: got …, expected …"
 Task load_task(const std::string& name_or_file, std::span<const std::filesystem::path> data_dirs);
 Task load_task(const std::string& name_or_file);

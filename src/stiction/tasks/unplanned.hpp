@@ -5,7 +5,7 @@
 
 namespace stiction::tasks {
 
-/// Makes a plan result to display a task before planning: the start is the only knot, and the goal is set. status: MaxIterations.
+/// Makes a plan result to display a task before planning: the start is the only knot, and the goal is set. status: MaxIterations, in 0 s.
 /// Tests: tests/tasks/plan_slice_test.cpp
 planning::PlanResult make_unplanned(const Task& task);
 
