@@ -1559,8 +1559,8 @@ class Plant:
       model: Model of the scene.
       timestep: time step [s], > 0.
       damping_ratio: damping ratio of each joint spring with the inertia that the joint moves, >= 0.
-      armature: inertia of every motor, reflected to its joint [kg or kg m^2], >= 0. It is raised for a joint whose spring would turn by more
-        than spring_resolution [rad] in a time step.
+      armature: least inertia of every motor, reflected to its joint [kg or kg m^2], >= 0. A joint has more if its file says so, or if its
+        spring would turn by more than spring_resolution [rad] in a time step.
       time_constant: time constant of contacts in the normal direction [s].
       friction_time_constant: time constant with which slip decays [s].
       impedance: contact impedance, in (0, 0.9999]; 1 would be rigid.
@@ -1570,7 +1570,8 @@ class Plant:
       ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
       velocity_reference: True: joint damping acts on the difference of commanded and actual velocity. False: it acts on the actual velocity.
       effort_limits: True: no motor gives more than Model.effort.
-      joint_friction: True: robot joints have the friction and damping of their files. Joints of objects always have them.
+      joint_friction: True: robot joints have the dry friction of their files, and servos do not overcome their damping. Joints of objects always have
+        both.
 
     Raises InvalidInput, which names the argument.
     """
