@@ -134,6 +134,7 @@ int show(const fs::path& plan, const std::string& html, bool temporary) {
   }
   const int code = run_page_maker(plan, html);
   if (code == 128 + SIGHUP || code == 128 + SIGINT || code == 128 + SIGTERM) return kInterrupted;
+  if (code == kBadInput) return kBadInput;  // the message is there
   return code == 0 ? kDone : kInternalError;
 }
 

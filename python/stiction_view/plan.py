@@ -207,7 +207,7 @@ def read_plan_object(data: dict[str, Any]) -> Plan:
             )
             segment.append(index)
     if not poses:
-        raise ValueError("segments: no knots, nothing to draw")
+        raise ValueError("segments: got no knots, expected a plan that moves; a longer search may find one (`stiction plan --timeout`)")
 
     parents = np.array([node["parent"] for node in data["tree"]], dtype=int)
     if (parents >= np.arange(len(parents))).any() or (parents < -1).any():

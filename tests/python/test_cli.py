@@ -259,6 +259,9 @@ def test_view_of_a_task_shows_it_before_it_is_planned(tmp_path):
     assert json.loads((tmp_path / "short" / "plan.json").read_text())["statistics"]["iterations"] == 0
     assert run("view", tmp_path / "short", "--html", page).returncode == 0
     assert "<td>status</td><td>MaxIterations</td>" in page.read_text(), "a search, though its time was over before its first iteration"
+    run("plan", "planar_pushing", "--timeout", 1e-9, "-o", tmp_path / "still")
+    done = run("view", tmp_path / "still", "--html", page)
+    assert (done.returncode, "plan.json: segments: got no knots, expected a plan that moves" in done.stderr) == (2, True), done.stderr
     assert run("view", "planar_hnd").returncode == 2
 
 

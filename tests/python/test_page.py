@@ -210,7 +210,7 @@ def edit(**changes: object) -> dict:
         (edit(format_version=2), "format_version: got 2, expected 1"),
         (edit(goal=KeyError), "field 'goal' is missing"),
         (edit(goal__object="cube"), "goal.object: 'cube' is not an object of the plan"),
-        (edit(segments=[]), "segments: no knots"),
+        (edit(segments=[]), "segments: got no knots, expected a plan that moves"),
         (edit(segments__1__kind="jump"), "segments[1].kind: got 'jump'"),
         (edit(segments__0__knots__0__bodies=[[0.0] * 7]), "segments[0]: a knot has bodies of shape (1, 7)"),
         (edit(tree__1__parent=2), "tree: a node comes before its parent"),
