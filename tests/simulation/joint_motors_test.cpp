@@ -29,12 +29,16 @@ std::filesystem::path finger(const std::string& joint, const std::string& actuat
       "finger.xml");
 }
 
-std::shared_ptr<const Plant> make_plant(const std::filesystem::path& file, bool effort_limits = false) {
+world::Scene scene_of(const std::filesystem::path& file) {
   world::Scene scene = empty_scene({0, 0, 0});
   world::RobotSpec robot;
   robot.name = "r";
   robot.mjcf = file;
   scene.robots.push_back(robot);
+  return scene;
+}
+
+std::shared_ptr<const Plant> make_plant(const world::Scene& scene, bool effort_limits = false) {
   PlantOptions options;
   options.velocity_reference = true;
   options.effort_limits = effort_limits;
@@ -44,7 +48,7 @@ std::shared_ptr<const Plant> make_plant(const std::filesystem::path& file, bool 
 /// A force of 5 N moves the finger by 12.5 mm in the end. With its damping this takes seconds, and without it a tenth of a second.
 TEST(JointMotors, PushedFinger_MovesAsInMujoco) {
   const auto file = finger("armature='1' damping='400'", "kv='600'");
-  const auto plant = make_plant(file);
+  const auto plant = make_plant(scene_of(file));
   EXPECT_EQ(plant->armature()[0], 1);
   EXPECT_EQ(plant->damping()[0], 600) << "k_v of the file, more than the 42 of critical damping";
   SteppedPlant ours(plant);
@@ -74,15 +78,9 @@ double swing(const std::string& joint) {
                      "/><geom type='box' size='.005 .02 .02' mass='0.016'/></body></worldbody>"
                      "<actuator><position joint='l' kp='400'/><position joint='r' kp='400'/></actuator>",
                  "gripper.xml");
-  world::Scene scene = empty_scene({0, 0, 0});
-  world::RobotSpec robot;
-  robot.name = "hand";
-  robot.mjcf = file;
-  scene.robots.push_back(robot);
+  world::Scene scene = scene_of(file);
   scene.objects.push_back(solid(world::ObjectJoint::Free, world::Box{{0.025, 0.02, 0.02}}, 0.75, 1));
-  PlantOptions options;
-  options.velocity_reference = true;
-  const auto plant = Plant::make(world::Model::make(scene), options);
+  const auto plant = make_plant(scene);
   SteppedPlant stepped(plant);
   stepped.reset(plant->model().neutral(), Eigen::Vector2d(0, 0));
   EXPECT_EQ(stepped.advance(Eigen::Vector2d(0.02, -0.02), 0.5), Status::Solved);
@@ -106,7 +104,7 @@ TEST(JointMotors, HeldCube_SwingsLessWithTheDampingOfItsFingers) {
 /// The servo overcomes the damping while the joint follows its command: the motion is that of a joint without damping.
 TEST(JointMotors, FingerThatFollowsItsCommand_TrailsAsOneWithoutDamping) {
   const auto travel = [](const std::string& joint) {
-    SteppedPlant plant(make_plant(finger(joint, "")));
+    SteppedPlant plant(make_plant(scene_of(finger(joint, ""))));
     VectorXd out(10), u = VectorXd::Zero(1);
     for (int k = 0; k < 10; ++k) {
       u[0] += 0.01;
@@ -122,7 +120,7 @@ TEST(JointMotors, FingerThatFollowsItsCommand_TrailsAsOneWithoutDamping) {
 
 /// The motor gives what overcomes the damping: 20 N move the finger at 0.05 m/s.
 TEST(JointMotors, MotorWithLittleForce_IsSlowedByTheDamping) {
-  SteppedPlant plant(make_plant(finger("armature='1' damping='400'", "forcelimited='true' forcerange='-20 20'"), true));
+  SteppedPlant plant(make_plant(scene_of(finger("armature='1' damping='400'", "forcelimited='true' forcerange='-20 20'")), true));
   VectorXd u = VectorXd::Zero(1);
   for (int k = 0; k < 10; ++k) {
     u[0] += 0.02;
@@ -134,14 +132,9 @@ TEST(JointMotors, MotorWithLittleForce_IsSlowedByTheDamping) {
 /// A spring without damping of its own asks for any speed towards its command.
 TEST(JointMotors, UndampedServo_OvercomesTheDampingTowardsItsCommand) {
   const auto first_half = [](const std::string& joint) {
-    world::Scene scene = empty_scene({0, 0, 0});
-    world::RobotSpec robot;
-    robot.name = "r";
-    robot.mjcf = finger(joint, "");
-    scene.robots.push_back(robot);
     PlantOptions options;
     options.damping_ratio = 0;
-    SteppedPlant plant(Plant::make(world::Model::make(scene), options));
+    SteppedPlant plant(Plant::make(world::Model::make(scene_of(finger(joint, ""))), options));
     plant.reset(VectorXd::Constant(1, -0.02), VectorXd::Zero(1));
     EXPECT_EQ(plant.advance(VectorXd::Zero(1), 0.05), Status::Solved);
     return plant.q()[0];
@@ -151,7 +144,7 @@ TEST(JointMotors, UndampedServo_OvercomesTheDampingTowardsItsCommand) {
 
 /// A joint with the damping of a clamp stays stable, and moves where its command goes.
 TEST(JointMotors, HugeDamping_IsStable) {
-  SteppedPlant plant(make_plant(finger("damping='1e11'", "")));
+  SteppedPlant plant(make_plant(scene_of(finger("damping='1e11'", ""))));
   VectorXd u = VectorXd::Zero(1);
   for (int k = 0; k < 100; ++k) {
     u[0] += 0.001;

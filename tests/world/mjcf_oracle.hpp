@@ -49,17 +49,25 @@ inline std::string message_of_file(const std::filesystem::path& file) {
   return message == "no exception" ? "" : message;
 }
 
-/// The file as a robot named "arm", with a stiffness of 1 where it gives none.
-inline std::shared_ptr<const Model> make_model(const std::filesystem::path& file) {
+/// The file as a robot named "arm", with these stiffnesses in place of its own.
+inline std::shared_ptr<const Model> make_robot(const std::filesystem::path& file,
+                                               std::vector<std::pair<std::string, double>> stiffness = {}) {
   RobotSpec robot;
   robot.name = "arm";
   robot.mjcf = file;
-  for (const auto& joint : read_mjcf(file).robot.joints) {
-    if (joint.moves_by_itself() && !joint.stiffness) robot.stiffness.emplace_back(joint.name, 1.0);
-  }
+  robot.stiffness = std::move(stiffness);
   Scene scene;
   add_mjcf(scene, robot);
   return Model::make(scene);
+}
+
+/// The same, with a stiffness of 1 where the file gives none.
+inline std::shared_ptr<const Model> make_model(const std::filesystem::path& file) {
+  std::vector<std::pair<std::string, double>> stiffness;
+  for (const auto& joint : read_mjcf(file).robot.joints) {
+    if (joint.moves_by_itself() && !joint.stiffness) stiffness.emplace_back(joint.name, 1.0);
+  }
+  return make_robot(file, std::move(stiffness));
 }
 
 inline std::string name_of(const mjModel* m, mjtObj type, int id) {

@@ -127,12 +127,7 @@ TEST(Mjcf, GeneralServo_HasTheStiffnessOfItsBias) {
       R"(<option gravity="0 0 0"/><worldbody><body name="b"><joint name="j" type="slide" range="0 .04" damping="20"/><geom size=".05"/></body></worldbody>
          <actuator><general name="m" joint="j" gainprm="0.01568627451" biastype="affine" biasprm="0 -100 -10" ctrlrange="0 255" ctrllimited="true"/></actuator>)",
       "general.xml");
-  RobotSpec robot;
-  robot.name = "arm";
-  robot.mjcf = file;
-  Scene scene;
-  scene.robots.push_back(robot);
-  const auto model = Model::make(scene);
+  const auto model = make_robot(file);
   for (const std::string& note : model->notes()) EXPECT_EQ(note.find("ctrlrange"), std::string::npos) << note << ": 0 to 255 is 0 to 40 mm";
   EXPECT_EQ(joint_motors(*model)[0].damping, 10);
 
@@ -154,12 +149,7 @@ TEST(Mjcf, SoftSpringWithoutActuator_IsNotTheStiffnessOfTheMotor) {
     const auto file = write_mjcf(
         "<worldbody><body><joint name='a' axis='1 0 0' armature='1' " + spring + "/><geom size='.1' pos='0 .5 0'/></body></worldbody>",
         "soft.xml");
-    RobotSpec robot;
-    robot.name = "arm";
-    robot.mjcf = file;
-    Scene scene;
-    scene.robots.push_back(robot);
-    const auto model = Model::make(scene);
+    const auto model = make_robot(file);
     const bool noted = std::ranges::any_of(model->notes(), [](const std::string& note) {
       return note == "arm: springs that are softer than this are left out [N·m/rad, N/m]: a 10";
     });
@@ -213,12 +203,7 @@ TEST(Mjcf, EffortOfActuators_GivesJointsWithoutServoTheirStiffness) {
                                   <body pos="6 0 0"><joint name="c" range="-90 90" actuatorfrcrange="-2 2"/><geom size=".1"/></body></worldbody>
                                   <actuator><motor joint="a" ctrlrange="-3 3" gear="5"/><motor joint="b" forcerange="-4 4" gear="2"/></actuator>)",
       "motors.xml");
-  RobotSpec robot;
-  robot.name = "arm";
-  robot.mjcf = file;
-  Scene scene;
-  add_mjcf(scene, robot);
-  const auto model = Model::make(scene);
+  const auto model = make_robot(file);
   const double angle = M_PI / 40;
   EXPECT_NEAR(model->stiffness()[0], 15 / angle, 1e-9);
   EXPECT_NEAR(model->stiffness()[1], 8 / angle, 1e-9);

@@ -329,8 +329,7 @@ void require_seconds(const std::filesystem::path& file, const Series& series) {
   if (last > kLatest)
     throw core::InvalidInput(
         fmt::format("{}: series: got a time of {:.4g}, expected seconds; divide milliseconds by 1000, and nanoseconds by 1e9, or name the "
-                    "column time_ms or "
-                    "time_ns",
+                    "column time_ms or time_ns",
                     file.string(), last));
 }
 
