@@ -1,6 +1,7 @@
 // Random problems: every answer is checked against residuals recomputed from the raw matrices.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -239,6 +240,61 @@ TEST(ConeProperty, ShiftByTangent_LooksAhead) {
   std::nth_element(off.begin(), off.begin() + n / 2, off.end());
   EXPECT_LT(off[static_cast<std::size_t>(n / 2)], 1.8e-4);
   EXPECT_LT(iterations, 21.0 * static_cast<double>(n));
+}
+
+/// A light hinge between eight contacts with a robot on springs. The forces pass near the axis of the hinge, so a contact can hardly turn it.
+/// @param opposite  every second contact presses from the other side
+RawProblem make_jammed(std::uint64_t seed, bool opposite) {
+  constexpr int kJoints = 7;
+  core::Random random(seed, 7);
+  const auto normal = [&] { return random.uniform(-1, 1) + random.uniform(-1, 1) + random.uniform(-1, 1); };
+  const auto decades = [&](double low, double high) { return std::pow(10.0, random.uniform(low, high)); };
+  RawProblem raw;
+  raw.n = 1 + kJoints;
+  raw.groups = {{0}, {}};
+  raw.Q = Eigen::MatrixXd::Zero(raw.n, raw.n);
+  raw.b = Eigen::VectorXd::Zero(raw.n);
+  raw.Q(0, 0) = decades(-6, 0);
+  for (int j = 1; j < raw.n; ++j) {
+    raw.groups[1].push_back(j);
+    raw.Q(j, j) = decades(0, 2.6);
+    raw.b[j] = -0.1 * raw.Q(j, j) * normal();
+  }
+  Eigen::MatrixXd J(3, kJoints);
+  for (double& e : J.reshaped()) e = 0.3 * normal();
+  for (int i = 0; i < 8; ++i) {
+    RawProblem::Row row;
+    row.id = static_cast<std::uint64_t>(i);
+    for (int j = 0; j < raw.n; ++j) row.variables.push_back(j);
+    const double angle = random.uniform(-0.6, 0.6), side = opposite && i % 2 == 1 ? -1 : 1, mu = random.uniform(0.3, 1.4);
+    Eigen::Matrix3d turn = side * Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = side * Eigen::Rotation2Dd(angle).toRotationMatrix();
+    row.G.resize(3, raw.n);
+    row.G << Eigen::Vector3d(0.003 * normal(), 0.02 * normal(), 0.02 * normal()), turn * J;
+    for (double& e : row.G.rightCols(kJoints).reshaped()) e += 0.02 * normal();
+    row.G.bottomRows(2) *= mu;
+    row.g = Eigen::Vector3d(decades(-5, -2.3), 0, 0);
+    row.unit = {0.25, 1.0 / 1024};
+    raw.cones.push_back(row);
+  }
+  return raw;
+}
+
+/// Mehrotra's second-order term is scaled by the length of the predictor (docs/theory/cone.md, eq. 8): with all of it, these problems took 19.7 and 23.9 iterations.
+TEST(ConeProperty, JammedContacts_TakeFewIterations) {
+  const auto mean = [](bool opposite) {
+    int iterations = 0;
+    Result result;
+    for (std::uint64_t seed = 1; seed <= 500; ++seed) {
+      const Problem problem = make_jammed(seed, opposite).make();
+      Workspace work(problem.layout_ptr());
+      EXPECT_EQ(solve(problem, {}, work, result), Status::Solved) << "seed " << seed;
+      iterations += result.iterations;
+    }
+    return iterations / 500.0;
+  };
+  EXPECT_LT(mean(false), 18.5);
+  EXPECT_LT(mean(true), 23.5);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 
 #include "stiction/cone/arrangement.hpp"
 #include "stiction/cone/rows.hpp"
@@ -89,6 +90,10 @@ class Attempt {
   double t_end_ = 0;    // target of t_
   double impulse_ = 1;  // S = max(1, ‖b/unit‖∞) rounded down to a power of 2, the scale of complementarity in Exact mode
   double primal_ = 0;   // r_p = primal_ · (stored r_p)
+  // Share of Mehrotra's second-order term in the corrector. The term belongs to a whole predictor step. After a short one all of it is too much, and the
+  // iterates may cycle.
+  double second_order_ = 1;
+  double last_t_ = std::numeric_limits<double>::infinity(), last_primal_ = last_t_;  // before the last step
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;

@@ -14,6 +14,7 @@ constexpr double kTooShort = 0.05;       // a predictor step below this from a c
 constexpr double kNear = 4;              // Exact: t this close to the centred end point takes plain Newton steps
 constexpr double kCareful = 0.1;         // kNeighbourhood of the careful attempt
 constexpr double kShort = 0.1;           // a corrected step below this is not worth taking: centre instead
+constexpr double kStalled = 0.9;         // a step that leaves more of t and of the infeasibility stalls
 constexpr double kBackUp = 10;           // factor by which μ is raised
 constexpr double kShiftAhead = 0.8;      // part of the predictor step at which the corrector reads shifts; at the end they overshoot
 
@@ -145,9 +146,9 @@ void Attempt::set_rhs(double t, bool corrector, double reduction) {
   if (has_c) {
     for_each_group([&]<int R>(Group<R>& group) {
       if (corrector)
-        centring_group<R, true>(group, t);
+        centring_group<R, true>(group, t, second_order_);
       else
-        centring_group<R, false>(group, t);
+        centring_group<R, false>(group, t, 0);
       auto c = load_element<R>(group.c);
       if (has_p) {
         for (int r = 0; r < R; ++r) c.e[r] += reduction * group.p[r];
@@ -224,6 +225,8 @@ bool Attempt::step() {
     alpha = shorten(affine, t_end_);
   } else {
     if (following_) anticipate_tangents(kShiftAhead * affine);
+    const bool stalled = t_ >= kStalled * last_t_ && primal_ >= kStalled * last_primal_;
+    second_order_ = stalled ? affine : std::sqrt(affine);
     const double left = 1 - std::min(1.0, largest_affine);
     double t = t_end_ + left * std::sqrt(left) * (t_ - t_end_);  // exponent 1.5: measured best of 0.8 … 3
     alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
@@ -234,12 +237,14 @@ bool Attempt::step() {
       const double centring = std::max(1 - affine, 0.5);
       t = up ? kBackUp * std::max(t_, t_end_) : t_end_ + centring * (t_ - t_end_);
       reduction = up ? 0.0 : 1 - centring;
-      alpha = shorten(std::min(1.0, kToBoundary * calc_direction(t, false, reduction)), t);
+      alpha = shorten(std::min(1.0, kToBoundary * calc_direction(t, false, reduction)), up ? t_ : t);  // the point has only t_
       centred = alpha > kPlainStep;
     }
   }
   if (!(alpha > 1e-10)) return false;
   centred_ = centred;
+  last_t_ = t_;
+  last_primal_ = primal_;
   move(alpha, reduction);
   return true;
 }

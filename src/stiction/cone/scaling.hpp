@@ -120,18 +120,18 @@ inline Element<R> divide(const Group<R>& b, const Element<R>& lambda, const Elem
   }
 }
 
-/// c = λ∖(t·weight·e − u∘s), u∘s only when Corrector.
+/// c = λ∖(t·weight·e − second_order·u∘s), u∘s only when Corrector.
 template <int R, bool Corrector>
-inline void centring_group(Group<R>& b, double t) {
+inline void centring_group(Group<R>& b, double t, double second_order) {
   const auto lambda = load_element<R>(b.lambda);
   Element<R> r{};
   r.e[0] = t * b.weight;
   if constexpr (Corrector) {
     const auto u = load_element<R>(b.u);
     const auto s = load_element<R>(b.s);
-    r.e[0] -= dot<R>(u, s);
+    r.e[0] -= second_order * dot<R>(u, s);
     if constexpr (R == 3) {
-      for (int k = 1; k < 3; ++k) r.e[k] = -(u.e[0] * s.e[k] + s.e[0] * u.e[k]);
+      for (int k = 1; k < 3; ++k) r.e[k] = -second_order * (u.e[0] * s.e[k] + s.e[0] * u.e[k]);
     }
   }
   store_element<R>(b.c, divide<R>(b, lambda, r));
