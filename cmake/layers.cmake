@@ -31,9 +31,13 @@ target_link_libraries(stiction_flags INTERFACE Eigen3::Eigen Threads::Threads)
 set_target_properties(stiction_flags PROPERTIES EXPORT_NAME flags)
 install(TARGETS stiction_flags EXPORT stiction)
 
-# stiction_layer(NAME SOURCES … USES layer… PRIVATE_LINK target…)
+include(${CMAKE_CURRENT_LIST_DIR}/unity.cmake)
+
+# stiction_layer(NAME SOURCES … ALONE file… USES layer… PRIVATE_LINK target…)
+# Compiles the sources in batches (unity.cmake), and those of ALONE each by itself: they define names of other files or have definitions of their own.
+# ALONE ALL: the compiler optimises each file of an inner loop by itself, and the same whatever files are beside it.
 function(stiction_layer name)
-  cmake_parse_arguments(A "" "" "SOURCES;USES;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(A "" "" "SOURCES;ALONE;USES;PRIVATE_LINK" ${ARGN})
   if(A_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "layer '${name}': unknown arguments ${A_UNPARSED_ARGUMENTS}")
   endif()
@@ -55,7 +59,11 @@ function(stiction_layer name)
 
   if(A_SOURCES)
     set(scope PUBLIC)
-    add_library(stiction_${name} STATIC ${A_SOURCES})
+    set(sources ${A_SOURCES})
+    if(NOT A_ALONE STREQUAL "ALL")
+      stiction_batches(sources stiction/${name}/ ALONE ${A_ALONE} SOURCES ${A_SOURCES})
+    endif()
+    add_library(stiction_${name} STATIC ${sources})
     target_link_libraries(stiction_${name} PRIVATE ${A_PRIVATE_LINK})
   else()  # headers only
     set(scope INTERFACE)

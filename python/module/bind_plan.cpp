@@ -274,7 +274,7 @@ Returns a Trajectory. Raises InvalidInput.
     (True, 0.0, 0.5))");
 }
 
-void bind_contact(nb::module_& m) {
+void bind_plan_contact(nb::module_& m) {
   const auto number = [](double tasks::StoredContact::*member) { return [member](const PlanContact& c) { return c.contact.*member; }; };
   const auto vector = [](Eigen::Vector3d tasks::StoredContact::*member) {
     return [member](const PlanContact& c) { return c.contact.*member; };
@@ -303,7 +303,7 @@ nb::object export_plan(nb::handle plan, const std::filesystem::path& file, const
 }  // namespace
 
 void bind_plan(nb::module_& m) {
-  bind_contact(m);
+  bind_plan_contact(m);
   bind_trajectory(m);
   using tasks::StoredSegment;
   nb::class_<StoredSegment>(m, "Segment", "A part of a plan with one kind of motion; its knots are one sub-step apart.")

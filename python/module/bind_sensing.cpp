@@ -183,7 +183,7 @@ sensing::SampleBatch make_batch(const Matrix& p_L, const Matrix& n_L) {
   return out;
 }
 
-std::vector<SensedLink> links_of(const Sensor& sensor) {
+std::vector<SensedLink> sensed_links_of(const Sensor& sensor) {
   std::vector<SensedLink> out;
   for (int i = 0; i < static_cast<int>(sensor.get().links().size()); ++i) out.push_back({sensor.ptr(), i});
   return out;
@@ -383,7 +383,7 @@ Raises InvalidInput: a pattern matches no link, or a link is not moved by a join
               "normals"_a = standard.normals, "seed"_a = standard.seed, "surface"_a = standard.surface)
           .def_prop_ro(
               "model", [](const Sensor& s) { return s.get().model_ptr(); }, "model of the robot")
-          .def_prop_ro("links", &links_of, "sensed links, in the order of the model")
+          .def_prop_ro("links", &sensed_links_of, "sensed links, in the order of the model")
           .def_prop_ro(
               "notes", [](const Sensor& s) { return std::vector<std::string>(s.get().notes().begin(), s.get().notes().end()); },
               "remarks, one sentence each: faces that were left out, and links with too few joints to locate a contact")
