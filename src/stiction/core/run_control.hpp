@@ -5,6 +5,8 @@
 #include <functional>
 #include <optional>
 
+#include "stiction/core/status.hpp"
+
 namespace stiction::core {
 
 /// Progress that a long run reports between iterations.
@@ -29,6 +31,8 @@ struct RunControl {
   bool cancelled() const { return (cancel != nullptr && cancel->load(std::memory_order_relaxed)) || (abandoned && abandoned()); }
   bool expired() const { return deadline && Clock::now() >= *deadline; }
   bool stop() const { return cancelled() || expired(); }
+  /// Status of a run that did not reach its end: Cancelled if it was cancelled, else MaxIterations.
+  Status status_when_stopped() const { return cancelled() ? Status::Cancelled : Status::MaxIterations; }
 };
 
 inline double seconds_since(RunControl::Clock::time_point start) {

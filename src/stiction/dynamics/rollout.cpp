@@ -126,7 +126,7 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
   double s = 0;
   double ds = ds_max;
   while (s < 1.0) {
-    if (control != nullptr && control->stop()) return out.status = control->cancelled() ? Status::Cancelled : Status::MaxIterations;
+    if (control != nullptr && control->stop()) return out.status = control->status_when_stopped();
     const bool last = s + ds >= 1.0 - 1e-9;
     const double s_next = last ? 1.0 : s + ds;
     u = (1 - s_next) * u_start + s_next * u_end;

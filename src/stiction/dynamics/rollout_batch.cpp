@@ -106,7 +106,7 @@ Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, con
     for (Index t = 0; t < size.steps; ++t) {
       const auto from = q.segment(t * size.n_q, size.n_q);
       auto to = q.segment((t + 1) * size.n_q, size.n_q);
-      if (status == Status::Solved && control.stop()) status = control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+      if (status == Status::Solved && control.stop()) status = control.status_when_stopped();
       if (status == Status::Solved) {
         status = step_of(model, i, t, {from, in.u.col(i).segment(t * size.n_a, size.n_a)}, nullptr, options, steps, result);
         out.steps[static_cast<std::size_t>(i)] += status == Status::Solved;
@@ -150,7 +150,7 @@ Status pull_back_rollout(const world::Model& model, const RolloutBatchInput& in,
     }
     to_numbers(model, q.head(size.n_q), w, out.q_start.col(i));
   });
-  return !stopped ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+  return !stopped ? Status::Solved : control.status_when_stopped();
 }
 
 }  // namespace stiction::dynamics

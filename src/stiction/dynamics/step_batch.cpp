@@ -52,7 +52,7 @@ Status step_batch(const world::Model& model, const StepBatchInput& in, const Ste
   out.B.resize(options.with_B ? model.n_v() * model.n_a() : 0, options.with_B ? n : 0);
   detail::for_each_column(workspace, n, kBlock, [&](Eigen::Index i, StepWorkspace& steps, StepResult& result) {
     if (control.stop()) {
-      out.status[static_cast<std::size_t>(i)] = control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+      out.status[static_cast<std::size_t>(i)] = control.status_when_stopped();
       out.q_next.col(i) = in.q.col(i);
       out.torque.col(i).setZero();
       if (options.with_A) out.A.col(i).setZero();

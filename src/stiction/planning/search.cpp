@@ -102,7 +102,7 @@ class Search {
         if (tree.search->stalled() && !replace(tree, out)) return Status::NumericalFailure;
       }
     }
-    return control_.cancelled() ? Status::Cancelled : Status::MaxIterations;
+    return control_.status_when_stopped();
   }
 
   /// Plants a new tree. If the start does not rest with less friction, the tree has the friction of the scene.

@@ -43,7 +43,7 @@ Status Replay::run(const core::RunControl& control, CheckReport& out) {
   const Eigen::VectorXd *q_before = &plan_.q_start, *u_before = &plan_.u_start;
   for (std::size_t s = 0; s < plan_.segments.size(); ++s) {
     for (std::size_t k = 0; k < plan_.segments[s].knots.size(); ++k) {
-      if (control.stop()) return control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+      if (control.stop()) return control.status_when_stopped();
       const StoredKnot& knot = plan_.segments[s].knots[k];
       place_ = {static_cast<int>(s), static_cast<int>(k)};
       see_effort(knot);

@@ -158,7 +158,7 @@ Status solve(const Task& task, const SolveOptions& options, const RunControl& co
   out = {};
   Solver(task, options).run(control, out);
   out.wall_s = core::seconds_since(start);
-  out.status = out.best.holds() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+  out.status = out.best.holds() ? Status::Solved : control.status_when_stopped();
   return out.status;
 }
 

@@ -110,12 +110,12 @@ class Optimizer {
     if (status == Status::Solved) {
       for (int i = 0; i < options_.iterations; ++i) {
         if (control_.stop()) {
-          status = control_.cancelled() ? Status::Cancelled : Status::MaxIterations;
+          status = control_.status_when_stopped();
           break;
         }
         const double before = w_.best.cost.total();
         if (!iterate(i)) {
-          status = control_.cancelled() ? Status::Cancelled : Status::MaxIterations;
+          status = control_.status_when_stopped();
           break;
         }
         report(i + 1);

@@ -50,7 +50,7 @@ Eigen::VectorXd strain_at(const Trajectory& t, Eigen::Index k) { return t.u.col(
 bool moves_freely(const Model& model, const Trajectory& t, Eigen::Index k) {
   Eigen::VectorXd delta(model.n_v());
   world::local(model, t.q.col(k), t.q.col(k + 1), delta);
-  if (!moves_nothing(model, delta)) return false;
+  if (!dynamics::moves_nothing(model, delta)) return false;
   const Eigen::ArrayXd strain = strain_at(t, k).cwiseAbs().cwiseMax(strain_at(t, k + 1).cwiseAbs());
   const Eigen::ArrayXd force = strain * model.stiffness().array() / model.reach().array();
   const double least = world::share::kActive * model.scales().robots().force;

@@ -311,7 +311,7 @@ Status calc_tube(const std::shared_ptr<const Model>& model, const planning::Plan
   });
   for (const long k : steps) out.steps += k;
   out.wall_s = core::seconds_since(begin);
-  if (control.stop()) return out.status = control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+  if (control.stop()) return out.status = control.status_when_stopped();
   out.lost = static_cast<int>(std::ranges::count_if(paths, [](const auto& path) { return !path; }));
   const double length = model->scales().object(plan.goal.object).length;
   for (std::size_t k = 0; k < stages.size(); ++k) {

@@ -66,7 +66,7 @@ Status run(const std::shared_ptr<const world::Model>& model, const Plan& plan, c
     built = builder.build();
     work += builder.work();
     if (built) out = builder.result();
-    status = built || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+    status = built || !control.stop() ? Status::Solved : control.status_when_stopped();
   }
   if (!built) keep_given_plan(problem, given.end.fine.q, unstopped, out, work);
   out.steps = work.steps;

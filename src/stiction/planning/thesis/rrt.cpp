@@ -57,7 +57,7 @@ class Tree {
       if (node && add_node(std::move(*node), near) && how_.stop_at_goal && reaches_goal(size() - 1)) return Status::Solved;
       report();
     }
-    return control_.cancelled() ? Status::Cancelled : Status::MaxIterations;
+    return control_.status_when_stopped();
   }
 
   void finish() {
