@@ -1,6 +1,7 @@
 #include "stiction/execution/open_loop/drag_feedforward.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "stiction/world/object_space.hpp"
 #include "stiction/world/scales.hpp"
@@ -10,6 +11,8 @@ namespace {
 
 /// Share of a motor's effort for planned torques and damping together.
 constexpr double kEffortShare = 0.8;
+/// Largest lead of motors without a stated effort: as far as a joint may be off its path (E.25) [joint units].
+constexpr double kMostLead = 0.3;
 
 }  // namespace
 
@@ -32,10 +35,11 @@ Eigen::VectorXd calc_object_damping(const world::Model& model) {
 DragFeedforward::DragFeedforward(std::shared_ptr<const world::Model> model)
     : model_(std::move(model)), damping_(calc_object_damping(*model_)), work_(model_) {}
 
-double DragFeedforward::speed_within_efforts(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const {
+double DragFeedforward::speed_within_motors(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const {
   double speed = 1;
   for (int j = 0; j < model_->n_a(); ++j) {
-    const double room = kEffortShare * model_->effort()[j] / model_->stiffness()[j] - std::abs(strain[j]);
+    const double bears = kEffortShare * model_->effort()[j] / model_->stiffness()[j] - std::abs(strain[j]);
+    const double room = std::isfinite(bears) ? std::max(bears, 0.0) : kMostLead * model_->scales().joints()[j];
     if (std::abs(lead[j]) * speed > room) speed = room / std::abs(lead[j]);
   }
   return speed;
@@ -53,7 +57,9 @@ DragFeedforward::Lead DragFeedforward::calc(const planning::Plan& plan, const Ei
     Eigen::VectorXd command;
     if (!dynamics::find_command(*model_, {q, u, planned, damping}, plan.step, work_, result_, command)) continue;
     out.strain = (command - u) / speed;
-    out.speed = std::clamp(speed_within_efforts(strain, out.strain), unled, speed);
+    const double most = speed_within_motors(strain, out.strain);
+    out.speed = std::clamp(most, unled, speed);
+    out.strain *= std::min(1.0, most / out.speed);
     return out;
   }
   out.speed = unled;

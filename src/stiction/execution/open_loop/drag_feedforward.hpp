@@ -33,7 +33,7 @@ class DragFeedforward {
             double unled);
 
  private:
-  double speed_within_efforts(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const;
+  double speed_within_motors(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const;
 
   std::shared_ptr<const world::Model> model_;
   Eigen::VectorXd damping_;  ///< D of (E.7) (n_v) [N·s/m, N·m·s/rad]; 0 except for objects on joints
