@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 
 #include "stiction/cone/arrangement.hpp"
 #include "stiction/cone/rows.hpp"
@@ -93,7 +92,7 @@ class Attempt {
   // Share of Mehrotra's second-order term in the corrector. The term belongs to a whole predictor step. After a short one all of it is too much, and the
   // iterates may cycle.
   double second_order_ = 1;
-  double last_t_ = std::numeric_limits<double>::infinity(), last_primal_ = last_t_;  // before the last step
+  double last_t_ = 0, last_primal_ = 0;  // before the last step of this attempt
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;
