@@ -89,10 +89,9 @@ class Attempt {
   double t_end_ = 0;    // target of t_
   double impulse_ = 1;  // S = max(1, ‖b/unit‖∞) rounded down to a power of 2, the scale of complementarity in Exact mode
   double primal_ = 0;   // r_p = primal_ · (stored r_p)
-  // Share of Mehrotra's second-order term in the corrector. The term belongs to a whole predictor step. After a short one all of it is too much, and the
-  // iterates may cycle.
+  // Share of Mehrotra's second-order term in the corrector. The term belongs to a whole predictor step. After short ones all of it can make the iterates
+  // cycle, so a careful attempt takes the share of the step.
   double second_order_ = 1;
-  double last_t_ = 0, last_primal_ = 0;  // before the last step of this attempt
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;

@@ -14,7 +14,6 @@ constexpr double kTooShort = 0.05;       // a predictor step below this from a c
 constexpr double kNear = 4;              // Exact: t this close to the centred end point takes plain Newton steps
 constexpr double kCareful = 0.1;         // kNeighbourhood of the careful attempt
 constexpr double kShort = 0.1;           // a corrected step below this is not worth taking: centre instead
-constexpr double kStalled = 0.9;         // a step that leaves more of t and of the infeasibility stalls
 constexpr double kBackUp = 10;           // factor by which μ is raised
 constexpr double kShiftAhead = 0.8;      // part of the predictor step at which the corrector reads shifts; at the end they overshoot
 
@@ -225,8 +224,7 @@ bool Attempt::step() {
     alpha = shorten(affine, t_end_);
   } else {
     if (following_) anticipate_tangents(kShiftAhead * affine);
-    const bool stalled = t_ >= kStalled * last_t_ && primal_ >= kStalled * last_primal_;
-    second_order_ = stalled ? affine : std::sqrt(affine);
+    second_order_ = careful_ ? affine : 1;
     const double left = 1 - std::min(1.0, largest_affine);
     double t = t_end_ + left * std::sqrt(left) * (t_ - t_end_);  // exponent 1.5: measured best of 0.8 … 3
     alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
@@ -243,8 +241,6 @@ bool Attempt::step() {
   }
   if (!(alpha > 1e-10)) return false;
   centred_ = centred;
-  last_t_ = t_;
-  last_primal_ = primal_;
   move(alpha, reduction);
   return true;
 }

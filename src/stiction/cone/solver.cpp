@@ -188,7 +188,6 @@ Status Attempt::run(int& iterations) {
   remember_z();
   calc_gradient();
   centred_ = false;
-  last_t_ = last_primal_ = std::numeric_limits<double>::infinity();
   int polish = 0;
   double last_off = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
