@@ -35,7 +35,7 @@ Eigen::VectorXd calc_weights(const world::Model& model, const DampedMotion& moti
   return out;
 }
 
-/// Least squares of W (B δu − e). @param units  of δu
+/// Least squares of W (B δu − e), which has more rows than unknowns. @param units  of δu
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& B, const Eigen::VectorXd& weights, const Eigen::VectorXd& units,
                               const Eigen::VectorXd& e) {
   const Eigen::MatrixXd A = weights.asDiagonal() * B * units.asDiagonal();
@@ -51,12 +51,10 @@ bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
   return world::largest_share(model, delta.head(model.n_vu()), least * model.scales().robots().length, least) < 1;
 }
 
-bool DampedMotion::is_free(const world::Model& model) const { return moves_nothing(model, of_damped(*this, planned)); }
-
 bool find_command(const world::Model& model, const DampedMotion& motion, const StepOptions& options, StepWorkspace& work,
                   StepResult& result, Eigen::VectorXd& command) {
   command = motion.u;
-  if (motion.is_free(model)) return true;
+  if (moves_nothing(model, of_damped(motion, motion.planned))) return true;
   StepOptions with_B = options;
   with_B.smoothing = Exact{};
   with_B.with_A = with_B.effort_limits = false;

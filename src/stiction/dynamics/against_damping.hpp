@@ -13,9 +13,6 @@ struct DampedMotion {
   const Eigen::VectorXd& u;        ///< planned command (n_a)
   const Eigen::VectorXd& planned;  ///< δq, planned displacement (n_v)
   const Eigen::VectorXd& damping;  ///< D ≥ 0 of each coordinate, for the time step of the options (n_v) [N·s/m, N·m·s/rad]; 0 for the robot
-
-  /// True if no coordinate with damping moves, so that the command needs no change.
-  bool is_free(const world::Model& model) const;
 };
 
 /// Finds the command with which a motion goes against damping as planned. A plan without damping says nothing about the forces that its contacts need, and
@@ -26,7 +23,7 @@ struct DampedMotion {
 /// with the motion δq(u'; D) of an exact step. W counts damped objects first, and then the joints of the robot, each as a share of their planned motion. The
 /// robot so stays on its path, and its softer joints store nothing that would move the object later. By Newton's method with B of the exact step.
 ///
-/// @param command  u' (n_a)
+/// @param command  u' (n_a); u if no coordinate with damping moves
 /// @returns false: objects are off by more than a fifth of their motion, or no step is solved. The contacts are jammed at this speed.
 bool find_command(const world::Model& model, const DampedMotion& motion, const StepOptions& options, StepWorkspace& work,
                   StepResult& result, Eigen::VectorXd& command);

@@ -11,8 +11,8 @@ using core::Status;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kBeside = 5;    ///< w_u
-constexpr double kChange = 20;   ///< w_du
+constexpr double kBeside = 5;       ///< w_u
+constexpr double kChange = 20;      ///< w_du
 constexpr double kMostStep = 0.15;  ///< largest δ, in d
 
 }  // namespace

@@ -20,8 +20,6 @@ using world::Model;
 
 /// Fingers stop turning an object that is within this distance of the goal [tolerances of the goal].
 constexpr double kThereInHand = 0.85;
-/// The plan waits while a joint is off its path by more than this [rad, or L of a joint that slides].
-constexpr double kStray = 0.3;
 /// A robot that does not catch up with its plan within this time is blocked [s].
 constexpr double kLongestWait = 2;
 /// Objects on joints lag behind their plan by at most this many follow times T_f (E.16).

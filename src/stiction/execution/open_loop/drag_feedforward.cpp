@@ -11,8 +11,6 @@ namespace {
 
 /// Share of a motor's effort for planned torques and damping together.
 constexpr double kEffortShare = 0.8;
-/// Largest lead of motors without a stated effort: as far as a joint may be off its path (E.25) [joint units].
-constexpr double kMostLead = 0.3;
 
 }  // namespace
 
@@ -39,7 +37,7 @@ double DragFeedforward::speed_within_motors(const Eigen::VectorXd& strain, const
   double speed = 1;
   for (int j = 0; j < model_->n_a(); ++j) {
     const double bears = kEffortShare * model_->effort()[j] / model_->stiffness()[j] - std::abs(strain[j]);
-    const double room = std::isfinite(bears) ? std::max(bears, 0.0) : kMostLead * model_->scales().joints()[j];
+    const double room = std::isfinite(bears) ? std::max(bears, 0.0) : kStray * model_->scales().joints()[j];
     if (std::abs(lead[j]) * speed > room) speed = room / std::abs(lead[j]);
   }
   return speed;
@@ -50,7 +48,6 @@ DragFeedforward::Lead DragFeedforward::calc(const planning::Plan& plan, const Ei
   Lead out{Eigen::VectorXd::Zero(model_->n_a()), 1};
   Eigen::VectorXd planned(model_->n_v());
   world::local(*model_, q, q_next, planned);
-  if (dynamics::DampedMotion{q, u, planned, damping_}.is_free(*model_)) return out;
   const Eigen::VectorXd strain = u - q_next.tail(model_->n_a());
   for (double speed = 1; speed >= unled; speed /= 2) {
     const Eigen::VectorXd damping = speed * plan.step.h / duration * damping_;

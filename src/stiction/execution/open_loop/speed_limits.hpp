@@ -12,6 +12,9 @@ inline constexpr double kRestTime = 0.05;
 /// Largest distance that an object coasts, trails its plan, or falls while springs take it up [L].
 inline constexpr double kCoast = 0.05;
 
+/// The plan waits while a joint is off its path by more than this, and motors without a stated effort lead by no more [joint units].                 (E.25), (E.17)
+inline constexpr double kStray = 0.3;
+
 /// Least time between two knots of a trajectory [s].
 inline constexpr double kLeastInterval = 1e-6;
 
