@@ -9,6 +9,8 @@
 
 namespace stiction::contact::test {
 
+inline constexpr double kTolerance = 1e-6;  // of the largest entry
+
 /// The two functions that are differentiated, over all coordinates of the model.
 struct Values {
   Eigen::VectorXd tau;  // J_cᵀλ (n_v)

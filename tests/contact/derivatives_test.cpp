@@ -15,14 +15,14 @@ using Eigen::VectorXd;
 using test::calc_full;
 using test::find_feature;
 using test::Fixture;
+using test::kTolerance;
 using test::largest;
 using test::Random;
 using test::Values;
 using test::Vector3d;
 
 constexpr int kStates = 100;
-constexpr double kTolerance = 1e-6;  // of the largest entry
-constexpr double kReach = 1e-3;      // states count whose features stay the same this far in every coordinate [m, rad]
+constexpr double kReach = 1e-3;  // states count whose features stay the same this far in every coordinate [m, rad]
 
 class Differences {
  public:

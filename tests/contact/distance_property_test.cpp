@@ -9,10 +9,9 @@ namespace stiction::contact {
 namespace {
 
 using test::Random;
+using test::turn;
 using test::Vector3d;
 using world::Pose;
-
-Eigen::Matrix3d turn(double angle, const Vector3d& axis) { return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix(); }
 
 /// Directions in which a shape has a flat side or a straight edge, in its own frame.
 struct Directions {
@@ -73,15 +72,15 @@ double distance_of_points(const world::Shape& a, const Pose& X_WA, const world::
   return (x - y).norm();
 }
 
-struct PairCase {
+struct HardPair {
   std::string name;
   world::Shape a, b;
   double tolerance = 1e-9;  // [m]; two boxes: 1e-12 of the sizes for either of two answers
 };
-void PrintTo(const PairCase& c, std::ostream* os) { *os << c.name; }
+void PrintTo(const HardPair& c, std::ostream* os) { *os << c.name; }
 
 /// A at a small gap from B along a canonical direction of B or any other, turned so that its own directions are nearly those of B.
-Pose make_pose(Random& random, const PairCase& pair, const Pose& X_WB, int i) {
+Pose make_pose(Random& random, const HardPair& pair, const Pose& X_WB, int i) {
   const Directions of_b = find_directions(pair.b);
   const auto pick = [&](const std::vector<Vector3d>& from) {
     return from[static_cast<std::size_t>(random.uniform(0, static_cast<double>(from.size()) - 1e-9))];
@@ -100,16 +99,16 @@ Pose make_pose(Random& random, const PairCase& pair, const Pose& X_WB, int i) {
   return X_WA;
 }
 
-class HardPoses : public ::testing::TestWithParam<PairCase> {};
+class HardPoses : public ::testing::TestWithParam<HardPair> {};
 INSTANTIATE_TEST_SUITE_P(Pairs, HardPoses,
-                         ::testing::Values(PairCase{"cylinder_cylinder", world::Cylinder{0.04, 0.06}, world::Cylinder{0.05, 0.03}},
-                                           PairCase{"cylinder_box", world::Cylinder{0.04, 0.06}, world::Box{{0.05, 0.03, 0.08}}},
-                                           PairCase{"box_box", world::Box{{0.05, 0.03, 0.08}}, world::Box{{0.05, 0.06, 0.02}}, 4e-13},
-                                           PairCase{"cylinder_mesh", world::Cylinder{0.04, 0.06}, test::make_mesh()}),
+                         ::testing::Values(HardPair{"cylinder_cylinder", world::Cylinder{0.04, 0.06}, world::Cylinder{0.05, 0.03}},
+                                           HardPair{"cylinder_box", world::Cylinder{0.04, 0.06}, world::Box{{0.05, 0.03, 0.08}}},
+                                           HardPair{"box_box", world::Box{{0.05, 0.03, 0.08}}, world::Box{{0.05, 0.06, 0.02}}, 4e-13},
+                                           HardPair{"cylinder_mesh", world::Cylinder{0.04, 0.06}, test::make_mesh()}),
                          [](const auto& p) { return p.param.name; });
 
 TEST_P(HardPoses, PhiLiesBetweenItsBounds) {
-  const PairCase& pair = GetParam();
+  const HardPair& pair = GetParam();
   Random random(21);
   const double tolerance = pair.tolerance;
   int near = 0;

@@ -11,11 +11,11 @@ namespace stiction::contact {
 namespace {
 
 using test::Random;
+using test::turn;
 using test::Vector3d;
 using world::Pose;
 
 Pose at(double x, double y, double z) { return {Eigen::Matrix3d::Identity(), {x, y, z}}; }
-Eigen::Matrix3d turn(double angle, const Vector3d& axis) { return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix(); }
 
 void expect_near(const Vector3d& got, const Vector3d& want, double tolerance, const std::string& what) {
   EXPECT_LE((got - want).norm(), tolerance) << what << ": got " << got.transpose() << ", expected " << want.transpose();
@@ -35,15 +35,15 @@ void expect_consistent(const Distance& d, const std::string& what) {
   expect_near(d.p_WA - d.p_WB, d.phi * d.nhat_BA_W, 1e-14, what + ": p_WA − p_WB = phi nhat");
 }
 
-struct PairCase {
+struct NamedPair {
   test::Named a, b;
   std::string name() const { return a.name + "_" + b.name; }
 };
-void PrintTo(const PairCase& c, std::ostream* os) { *os << c.name(); }
-std::string case_name(const ::testing::TestParamInfo<PairCase>& info) { return info.param.name(); }
+void PrintTo(const NamedPair& c, std::ostream* os) { *os << c.name(); }
+std::string case_name(const ::testing::TestParamInfo<NamedPair>& info) { return info.param.name(); }
 
-std::vector<PairCase> all_pairs() {
-  std::vector<PairCase> out;
+std::vector<NamedPair> all_pairs() {
+  std::vector<NamedPair> out;
   for (const auto& a : test::all_shapes()) {
     for (const auto& b : test::all_shapes()) {
       if (!(test::is_half_space(a.shape) && test::is_half_space(b.shape))) out.push_back({a, b});
@@ -52,7 +52,7 @@ std::vector<PairCase> all_pairs() {
   return out;
 }
 
-class EveryPair : public ::testing::TestWithParam<PairCase> {
+class EveryPair : public ::testing::TestWithParam<NamedPair> {
  protected:
   const world::Shape& a() const { return GetParam().a.shape; }
   const world::Shape& b() const { return GetParam().b.shape; }

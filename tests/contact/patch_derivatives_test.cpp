@@ -12,12 +12,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::calc_full;
 using test::Fixture;
+using test::kTolerance;
 using test::largest;
 using test::Random;
 using test::Values;
 using test::Vector3d;
-
-constexpr double kTolerance = 1e-6;  // of the largest entry
 
 /// τ_c and w_c of the contact with this id over all coordinates; nothing where it is not there or not of that kind.
 std::optional<Values> patch_values(Fixture& s, const Contact& want, const Vector3d& lambda, const VectorXd& delta) {

@@ -14,6 +14,7 @@ namespace {
 
 using test::Fixture;
 using test::Random;
+using test::turn;
 using test::Vector3d;
 using world::Pose;
 
@@ -40,10 +41,6 @@ struct Two : Fixture {
     return query_contacts({.cutoff = cutoff});
   }
 };
-
-Eigen::Matrix3d turn(double angle, const Vector3d& axis = Vector3d::UnitZ()) {
-  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-}
 
 /// Every wanted point is the place of one contact, and the other way round.
 void expect_points(const std::vector<Contact>& contacts, std::vector<Vector3d> want, double tolerance) {
@@ -233,13 +230,13 @@ TEST(Patch, FaceOfManyCorners_EightSpreadOnes) {
 }
 
 /// Pairs whose surfaces a patch may describe, by what the test knows of them: gap_along and outside.
-struct PairCase {
+struct PatchPair {
   std::string name;
   world::Shape a, b;
 };
 
-std::vector<PairCase> pair_cases() {
-  std::vector<PairCase> out;
+std::vector<PatchPair> pair_cases() {
+  std::vector<PatchPair> out;
   const std::vector<test::Named> a = {{"box", kSmall},
                                       {"box_mesh", test::make_box_mesh({0.05, 0.03, 0.02})},
                                       {"octahedron", test::make_mesh()},
@@ -256,13 +253,13 @@ std::vector<PairCase> pair_cases() {
   return out;
 }
 
-void PrintTo(const PairCase& pair, std::ostream* out) { *out << pair.name; }
+void PrintTo(const PatchPair& pair, std::ostream* out) { *out << pair.name; }
 
-class PatchOfPair : public ::testing::TestWithParam<PairCase> {};
+class PatchOfPair : public ::testing::TestWithParam<PatchPair> {};
 INSTANTIATE_TEST_SUITE_P(Pairs, PatchOfPair, ::testing::ValuesIn(pair_cases()), [](const auto& p) { return p.param.name; });
 
 /// A pose of A with its support along `down` at a height over the top of B: nearly flat on it, near its edge or anywhere.
-Pose make_pose(Random& random, const PairCase& pair, int i) {
+Pose make_pose(Random& random, const PatchPair& pair, int i) {
   const Vector3d axes[] = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
   const Eigen::Matrix3d face = Eigen::Quaterniond::FromTwoVectors(axes[i % 3], Vector3d::UnitZ()).toRotationMatrix();
   const double tilt = std::pow(10.0, random.uniform(-10, -0.3));
@@ -275,7 +272,7 @@ Pose make_pose(Random& random, const PairCase& pair, int i) {
 }
 
 TEST_P(PatchOfPair, AnyPose_DeepestPointIsTheDistanceAndAllPointsAreTrue) {
-  const PairCase& pair = GetParam();
+  const PatchPair& pair = GetParam();
   Two s(pair.a, pair.b);
   Random random(3);
   int several = 0;

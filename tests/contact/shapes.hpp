@@ -38,6 +38,10 @@ class Random {
   std::mt19937 engine_;
 };
 
+inline Eigen::Matrix3d turn(double angle, const Vector3d& axis = Vector3d::UnitZ()) {
+  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
+
 /// Irregular octahedron around the origin.
 inline world::Mesh make_mesh() {
   auto m = std::make_shared<world::ConvexMesh>();

@@ -33,7 +33,7 @@ TEST(FindUpwards, ProgramItself_IsFoundInItsOwnFolder) { EXPECT_EQ(find_upwards(
 
 TEST(FindUpwards, FolderOfTheWorkingDirectory_IsNotLookedInto) {
   const fs::path before = fs::current_path();
-  const test::TemporaryFolder elsewhere;
+  const stiction::test::TemporaryFolder elsewhere;
   std::ofstream(elsewhere.path() / "only_here.txt") << "x";
   fs::current_path(elsewhere.path());
   EXPECT_TRUE(fs::exists("only_here.txt"));

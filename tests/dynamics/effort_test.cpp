@@ -16,17 +16,6 @@ using world::Model;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-struct System {
-  explicit System(const world::Scene& scene) : model(Model::make(scene)), work(model) {}
-  StepResult operator()(const VectorXd& q, const VectorXd& u, const StepOptions& options) {
-    StepResult out;
-    EXPECT_EQ(step(*model, {q, u}, options, work, out), Status::Solved);
-    return out;
-  }
-  std::shared_ptr<const Model> model;
-  StepWorkspace work;
-};
-
 /// The pusher (K = 100 N/m, along y and z) with efforts.
 world::RobotSpec weak_pusher(double effort_y, double effort_z) {
   world::RobotSpec robot = pusher(0);
@@ -42,7 +31,7 @@ world::Scene wall_scene(double effort_y, double effort_z) {
 }
 
 TEST(Effort, CommandFarBehindWall_PushesWithEffortExactly) {
-  System system(wall_scene(kInfinity, 3));
+  Stepper system(wall_scene(kInfinity, 3));
   const Eigen::Vector2d q(0, 0.01);
   for (const double u : {-0.02, -0.029, -0.031, -0.05, -5.0}) {
     const StepResult r = system(q, Eigen::Vector2d(0, u), {.effort_limits = true});
@@ -56,14 +45,14 @@ TEST(Effort, CommandFarBehindWall_PushesWithEffortExactly) {
 }
 
 TEST(Effort, OptionOff_SpringHasNoLimit) {
-  System system(wall_scene(1, 3));
+  Stepper system(wall_scene(1, 3));
   const StepResult r = system(Eigen::Vector2d(0, 0.01), Eigen::Vector2d(0, -0.5), {});
   EXPECT_NEAR(r.torque[1], -50, 1e-3);
   EXPECT_EQ(r.saturated, std::vector<char>(2, 0));
 }
 
 TEST(Effort, NothingInTheWay_JointGoesWhereCommandedWhateverItsEffort) {
-  System system(wall_scene(0.1, 0.1));
+  Stepper system(wall_scene(0.1, 0.1));
   const Eigen::Vector2d u(2, 3);  // K · 2 m is 2000 times the effort
   const StepResult r = system(Eigen::Vector2d(0, 0.5), u, {.effort_limits = true});
   EXPECT_NEAR((r.q_next - u).norm(), 0, 1e-6);
@@ -73,7 +62,7 @@ TEST(Effort, NothingInTheWay_JointGoesWhereCommandedWhateverItsEffort) {
 
 /// Down onto the wall and farther, and up again: the knots ask for no more than the effort, and the joint leaves the wall as the command does.
 TEST(Effort, RolloutIntoWallAndBack_CommandsStayWithinTheEffort) {
-  System system(wall_scene(kInfinity, 3));
+  Stepper system(wall_scene(kInfinity, 3));
   const SubstepLimits limits{.joint_travel = 0.01, .slide = 1};
   const Eigen::Vector2d start(0, 0.02), down(0, -0.5), up(0, 0.02);
   RolloutResult in, out;
@@ -89,7 +78,7 @@ TEST(Effort, RolloutIntoWallAndBack_CommandsStayWithinTheEffort) {
 }
 
 TEST(Effort, RolloutThatNothingHoldsBack_IsTheSameWithAndWithoutLimits) {
-  System system(wall_scene(1, 1));
+  Stepper system(wall_scene(1, 1));
   const SubstepLimits limits{.joint_travel = 0.01, .slide = 1};
   RolloutResult limited, free;
   const Eigen::Vector2d start(0, 0.3), end(0.2, 0.05);
@@ -105,7 +94,7 @@ TEST(Effort, RolloutThatNothingHoldsBack_IsTheSameWithAndWithoutLimits) {
 }
 
 TEST(Effort, StepWithinEfforts_FollowsFromTheCommandThatIsKept) {
-  System system(wall_scene(kInfinity, 3));
+  Stepper system(wall_scene(kInfinity, 3));
   const Eigen::Vector2d q(0, 0.01);
   Eigen::VectorXd u = Eigen::Vector2d(0.1, -0.4);
   StepResult cut;
@@ -121,7 +110,7 @@ TEST(Effort, StepWithinEfforts_FollowsFromTheCommandThatIsKept) {
 
 /// … and the step is that of the command that is kept, bit by bit.
 TEST(Effort, StepWithinEfforts_CommandALittleBeyondTheMotor_IsTakenBack) {
-  System system(wall_scene(kInfinity, 3));
+  Stepper system(wall_scene(kInfinity, 3));
   const StepOptions options{.effort_limits = true, .warm_start = false};
   const Eigen::Vector2d q(0, 0);
   for (const double beyond : {1e-5, 1e-4, 4e-4, 1e-3}) {
@@ -147,7 +136,7 @@ TEST(Effort, BlockHeavierThanTheMotorBears_IsNotLifted) {
     block.limits = {0, 1};
     scene.objects.push_back(block);
     scene.robots.push_back(weak_pusher(kInfinity, effort));
-    System system(scene);
+    Stepper system(scene);
     const Eigen::Vector3d q(0, 0, 0);
     const Eigen::Vector2d u(0, 0.5);
     for (const bool smoothed : {false, true}) {
@@ -185,7 +174,7 @@ TEST(Effort, ArmOfTwoJoints_WeakerMotorDecidesTheForce) {
     post.geometries.push_back({.name = "ball", .shape = world::Sphere{0.05}, .X_BG = {}, .friction = 0});
     scene.fixed.push_back(post);
     scene.contact_distance = 0.02;  // the other balls of the arm have no row with it
-    System system(scene);
+    Stepper system(scene);
     const StepResult r = system(q, u, {.effort_limits = true});
     const double force = std::min(first / lever_1, second / lever_2);
     double normal = 0;
@@ -200,7 +189,7 @@ TEST(Effort, ArmOfTwoJoints_WeakerMotorDecidesTheForce) {
 }
 
 TEST(Effort, SmoothedCorner_IsSharpToAThousandthOfTheEffort) {
-  System system(wall_scene(kInfinity, 3));
+  Stepper system(wall_scene(kInfinity, 3));
   const StepOptions options{.smoothing = Analytic{}, .effort_limits = true};
   double last = 0;
   for (double u = 0.3; u > -0.6; u -= 0.003) {
@@ -234,7 +223,7 @@ class EveryTask : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(EveryTask, RandomStates_OptimalityOfSaturatingSprings) {
-  System system(scene());
+  Stepper system(scene());
   const Model& model = *system.model;
   core::Random random(8, 0);
   const double most = (model.effort().array().isFinite()).select(model.effort().array() / model.stiffness().array(), 0).maxCoeff();
@@ -273,7 +262,7 @@ TEST_P(EveryTask, EffortsThatAreNotReached_SameBitsAsWithoutLimits) {
   for (auto& robot : strong.robots) {
     for (auto& [joint, effort] : robot.effort) effort = 1e6;
   }
-  System system(strong);
+  Stepper system(strong);
   const Model& model = *system.model;
   core::Random random(9, 0);
   for (int attempt = 0; attempt < 50; ++attempt) {
@@ -296,7 +285,7 @@ TEST_P(EveryTask, EffortsThatAreNotReached_SameBitsAsWithoutLimits) {
 }
 
 TEST_P(EveryTask, AfterFirstCalls_AllocatesNothing) {
-  System system(scene());
+  Stepper system(scene());
   const Model& model = *system.model;
   StepOptions options{.with_B = true, .with_A = true, .effort_limits = true};
   StepResult r;

@@ -11,7 +11,7 @@ using core::Status;
 using Eigen::Vector3d;
 using world::Model;
 
-constexpr double kMu = 0.5, kMass = 2.0, kGravity = 9.81, kRadius = 0.1;
+constexpr double kMu = 0.5, kMass = 2.0, kRadius = 0.1;
 
 /// A ball on the ground z = 0 that is too stiff to roll: rotations are damped by 1e6 N·m·s/rad.
 struct StiffBall {

@@ -16,17 +16,6 @@ using Eigen::VectorXd;
 using world::Model;
 using world::ObjectJoint;
 
-struct System {
-  explicit System(const world::Scene& scene) : model(Model::make(scene)), work(model) {}
-  StepResult operator()(const VectorXd& q, const VectorXd& u, const StepOptions& options = {}, const VectorXd* tau = nullptr) {
-    StepResult out;
-    EXPECT_EQ(step(*model, {q, u, tau}, options, work, out), Status::Solved);
-    return out;
-  }
-  std::shared_ptr<const Model> model;
-  StepWorkspace work;
-};
-
 /// A ball of 0.1 m and 2 kg on a joint.
 world::ObjectSpec on_joint(ObjectJoint joint, const Vector3d& axis, double friction) {
   world::ObjectSpec object = ball(joint, 2, 0.1, 0);
@@ -51,7 +40,7 @@ TEST(JointFriction, ValveLeftAlone_StaysUnlessItsWeightTurnsIt) {
     world::Scene scene = empty_scene();
     scene.gravity = {0, 0, -10};
     scene.objects.push_back(lever(6 / share));  // m g r = 6 N·m
-    System system(scene);
+    Stepper system(scene);
     VectorXd q = VectorXd::Zero(1);
     StepResult r;
     for (int k = 0; k < 1000; ++k) {
@@ -77,7 +66,7 @@ TEST(JointFriction, DrawerOnSlope_SlidesByWhatItsWeightExceedsItsFriction) {
       world::Scene scene = empty_scene();
       scene.gravity = {0, 0, -10};
       scene.objects.push_back(on_joint(ObjectJoint::Slider, sense * Vector3d(0, std::cos(alpha), -std::sin(alpha)), friction));
-      System system(scene);
+      Stepper system(scene);
       const StepResult r = system(VectorXd::Zero(1), kNoRobot, {.h = h, .regularisation = FixedEpsilon{1}});
       const double down = 2 * 10 * std::sin(alpha);
       EXPECT_NEAR(sense * r.q_next[0], h * h / 2 * std::max(0.0, down - friction), 1e-6) << friction;
@@ -96,7 +85,7 @@ TEST(JointFriction, LeverThatIsPushed_TurnsBeyondItsFrictionOverItsArm) {
   world::Scene scene = empty_scene();
   scene.objects.push_back(lever(1.2));  // 4 N at 0.3 m
   scene.robots.push_back(pusher(0));
-  System system(scene);
+  Stepper system(scene);
   VectorXd q(3);
   q << 0, 0.3, -0.2;  // it touches
   for (const double force : {0.5, 3.96, 4.04, 6.0, 20.0}) {
@@ -118,7 +107,7 @@ TEST(JointFriction, RolloutToAndFro_LeverStaysWhereItWasPushed) {
   scene.gravity = {0, 0, -1};
   scene.objects.push_back(lever(0.7));  // its weight pulls with 0.6 N·m
   scene.robots.push_back(pusher(0));
-  System system(scene);
+  Stepper system(scene);
   const SubstepLimits limits{.joint_travel = 0.01, .slide = 1};
   VectorXd q(3);
   q << 0, 0.3, -0.2;
@@ -138,9 +127,9 @@ TEST(JointFriction, OverlapOrLimit_MovesTheJointAgainstItsFriction) {
   drawer.limits = {-0.01, 1};
   scene.objects.push_back(drawer);
   scene.fixed.push_back(half_space(Vector3d::UnitZ(), {0, 0, -0.08}, 0));
-  System system(scene);
+  Stepper system(scene);
   EXPECT_NEAR(system(VectorXd::Constant(1, -0.03), kNoRobot).q_next[0], 0.02, 1e-6);
-  System free([&] {
+  Stepper free([&] {
     scene.fixed.clear();
     return scene;
   }());
@@ -151,7 +140,7 @@ TEST(JointFriction, OverlapOrLimit_MovesTheJointAgainstItsFriction) {
 TEST(JointFriction, Smoothed_GivesAsABarrierDoes) {
   world::Scene scene = empty_scene();
   scene.objects.push_back(on_joint(ObjectJoint::Slider, Vector3d::UnitZ(), 3));
-  System system(scene);
+  Stepper system(scene);
   for (const double kappa : {10.0, 100.0, 1e4}) {
     const VectorXd load = VectorXd::Constant(1, 0.5);
     const StepOptions options{.smoothing = Analytic{.kappa = kappa}, .regularisation = FixedEpsilon{1e-6}};
@@ -177,7 +166,7 @@ TEST(JointFriction, OtherUnits_SameStepUpToScale) {
     object.inertia *= m * s * s;
     object.geometries[0].shape = world::Sphere{0.1 * s};
     scene.objects.push_back(object);
-    System system(scene);
+    Stepper system(scene);
     const VectorXd tau = VectorXd::Constant(1, load * m * s);
     const StepResult r = system(VectorXd::Zero(1), kNoRobot, {.regularisation = FixedEpsilon{1}}, &tau);
     return Vector2d(r.delta[0] / s, r.joint_friction[0] / (m * s));
@@ -217,7 +206,7 @@ world::Scene chain_scene(double friction) {
 }
 
 TEST(JointFriction, RandomStates_ForceIsTheFrictionOfWhatSlidesAndLessOfWhatSticks) {
-  System system(chain_scene(0.2));
+  Stepper system(chain_scene(0.2));
   const Model& model = *system.model;
   core::Random random(11, 0);
   int sliding = 0, sticking = 0, solved = 0;
@@ -252,7 +241,7 @@ TEST(JointFriction, RandomStates_ForceIsTheFrictionOfWhatSlidesAndLessOfWhatStic
 }
 
 TEST(JointFriction, AfterFirstCalls_AllocatesNothing) {
-  System system(chain_scene(0.2));
+  Stepper system(chain_scene(0.2));
   StepResult r;
   long counted = 0;
   for (int round = 0; round < 2; ++round) {

@@ -8,7 +8,7 @@ namespace {
 
 using core::Status;
 
-struct Push {
+struct BoxAndHand {
   std::shared_ptr<const world::Model> model = load_task("planar_pushing");
   StepWorkspace work{model};
   Eigen::VectorXd q = (Eigen::VectorXd(5) << 0, 0.5, 0, 0, -0.1).finished();
@@ -16,7 +16,7 @@ struct Push {
 };
 
 TEST(Rollout, FreeMotion_IsCutIntoEqualPartsByTheJointLimits) {
-  Push push;
+  BoxAndHand push;
   RolloutResult r;
   const Eigen::Vector2d u1(0.06, -0.35);  // away from the box, 0.25 m along z
   ASSERT_EQ(rollout(*push.model, push.q, push.u0, u1, {}, {.joint_travel = 0.05}, push.work, r), Status::Solved);
@@ -26,7 +26,7 @@ TEST(Rollout, FreeMotion_IsCutIntoEqualPartsByTheJointLimits) {
 }
 
 TEST(Rollout, SlidingContact_IsCutFurtherUntilItSlidesLessThanTheLimit) {
-  Push push;
+  BoxAndHand push;
   RolloutResult r;
   const Eigen::Vector2d u1(0.1, -0.09);  // drags along the face under light load
   const SubstepLimits limits{.joint_travel = 0.05, .slide = 4e-3};
@@ -38,7 +38,7 @@ TEST(Rollout, SlidingContact_IsCutFurtherUntilItSlidesLessThanTheLimit) {
 }
 
 TEST(Rollout, SlideThatNoSubstepShortens_IsStoppedBeforeOrAccepted) {
-  Push push;
+  BoxAndHand push;
   const Eigen::Vector2d u1(0.1, -0.09);
   const SubstepLimits limits{.joint_travel = 0.05, .slide = 4e-4};  // the shortest sub-step drags the ball by 3 mm
   RolloutResult accepted, stopped;
@@ -52,7 +52,7 @@ TEST(Rollout, SlideThatNoSubstepShortens_IsStoppedBeforeOrAccepted) {
 }
 
 TEST(Rollout, LowFriction_MaySlideFartherInASubstep) {
-  Push rough, smooth;
+  BoxAndHand rough, smooth;
   world::Scene scene = world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml");
   for (auto& geometry : scene.objects[0].geometries) geometry.friction = 0.02;
   smooth.model = world::Model::make(scene);
@@ -68,7 +68,7 @@ TEST(Rollout, LowFriction_MaySlideFartherInASubstep) {
 
 /// The sub-stepped motion converges: halving the sub-steps changes less and less.
 TEST(Rollout, SmallerSubsteps_Converge) {
-  Push push;
+  BoxAndHand push;
   const Eigen::Vector2d u1(0.03, 0.1);
   std::vector<Eigen::VectorXd> ends;
   for (const double travel : {0.02, 0.01, 0.005, 0.0025}) {
@@ -84,7 +84,7 @@ TEST(Rollout, SmallerSubsteps_Converge) {
 }
 
 TEST(Rollout, BudgetUsedUp_ReturnsWhatItHas) {
-  Push push;
+  BoxAndHand push;
   RolloutResult r;
   EXPECT_EQ(rollout(*push.model, push.q, push.u0, Eigen::Vector2d(0, -1.1), {}, {.joint_travel = 0.01, .max_substeps = 7}, push.work, r),
             Status::MaxIterations);
@@ -92,7 +92,7 @@ TEST(Rollout, BudgetUsedUp_ReturnsWhatItHas) {
 }
 
 TEST(Rollout, TimeUsedUpOrCancelled_ReturnsWhatItHas) {
-  Push push;
+  BoxAndHand push;
   RolloutResult r;
   core::RunControl control;
   control.deadline = core::RunControl::Clock::now();
@@ -109,7 +109,7 @@ TEST(Rollout, TimeUsedUpOrCancelled_ReturnsWhatItHas) {
 }
 
 TEST(Rollout, BadLimits_AreNamed) {
-  Push push;
+  BoxAndHand push;
   RolloutResult r;
   try {
     (void)rollout(*push.model, push.q, push.u0, push.u0, {}, {.slide = 0}, push.work, r);

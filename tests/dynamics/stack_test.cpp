@@ -12,8 +12,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using world::Model;
 
-constexpr double kGravity = 9.81;
-
 world::ObjectSpec make_object(const std::string& name, const world::Shape& shape, double mass, const Vector3d& half) {
   world::ObjectSpec object;
   object.name = name;

@@ -16,17 +16,6 @@ using stiction::test::message_of;
 using core::Status;
 using world::Model;
 
-struct System {
-  explicit System(const world::Scene& scene) : model(Model::make(scene)), work(model) {}
-  StepResult operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options) {
-    StepResult out;
-    EXPECT_EQ(step(*model, {q, u}, options, work, out), Status::Solved);
-    return out;
-  }
-  std::shared_ptr<const Model> model;
-  StepWorkspace work;
-};
-
 /// The pusher (K = 100 N/m) before a wall: its ball touches at z = 0.
 world::Scene wall_scene(double friction = 0) {
   world::Scene scene = empty_scene();
@@ -36,7 +25,7 @@ world::Scene wall_scene(double friction = 0) {
 }
 
 TEST(Step, NoContact_RobotGoesWhereCommandedAndObjectStays) {
-  System system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
+  Stepper system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
   Eigen::VectorXd q(5), u(2);
   q << 0, 2, 0, 0.3, -0.4;
   u << 0.35, -0.45;
@@ -48,7 +37,7 @@ TEST(Step, NoContact_RobotGoesWhereCommandedAndObjectStays) {
 }
 
 TEST(Step, SpringAgainstWall_StopsAtWallWithSpringForce) {
-  System system(wall_scene());
+  Stepper system(wall_scene());
   const auto r = system(Eigen::Vector2d(0, 0.01), Eigen::Vector2d(0, -0.05), {.h = 0.1});
   EXPECT_NEAR(r.q_next[1], 0, 1e-7);
   ASSERT_EQ(r.contacts.size(), 1u);
@@ -58,7 +47,7 @@ TEST(Step, SpringAgainstWall_StopsAtWallWithSpringForce) {
 /// (2.34) corrected: stationarity k(q⁺ − u) = 2/(κ q⁺) of a contact whose barrier has degree 2 in total; the published
 /// q⁺ = (u + √(u² + a))/2 then has a = 4·2/(κk) in the weights used here.
 TEST(Step, SpringAgainstWallSmoothed_MatchesClosedForm) {
-  System system(wall_scene());
+  Stepper system(wall_scene());
   const double k = 100;
   for (const double kappa : {1.0, 100.0, 1e4}) {
     for (const double u : {-0.05, 0.0, 0.02, 0.3}) {
@@ -72,7 +61,7 @@ TEST(Step, SpringAgainstWallSmoothed_MatchesClosedForm) {
 }
 
 TEST(Step, SmoothedContact_WorkOfForceOverGapIsTwoOverKappa) {
-  System system(wall_scene(0.7));
+  Stepper system(wall_scene(0.7));
   const auto r = system(Eigen::Vector2d(0, 0.01), Eigen::Vector2d(0.01, -0.05), {.h = 0.1, .smoothing = Analytic{100, 1}});
   const auto& c = r.contacts.at(0);
   const Eigen::Vector3d v = c.displacement + Eigen::Vector3d(c.contact.phi, 0, 0);
@@ -80,7 +69,7 @@ TEST(Step, SmoothedContact_WorkOfForceOverGapIsTwoOverKappa) {
 }
 
 TEST(Step, KappaGrows_SmoothedGoesToExactAtRateOneOverKappa) {
-  System system(wall_scene());
+  Stepper system(wall_scene());
   const Eigen::Vector2d q(0, 0.01), u(0, -0.05);
   const double exact = system(q, u, {}).q_next[1];
   double last = 0;
@@ -100,7 +89,7 @@ TEST(Step, BallOnGround_GroundCarriesItsWeight) {
   scene.robots[0].X_WBase.p = {0, 3, 3};
   scene.objects.push_back(ball(world::ObjectJoint::Free, 2.0, 0.05, 0.8));
   scene.fixed.push_back(half_space(Eigen::Vector3d::UnitZ(), {0, 0, 0}, 0.8));
-  System system(scene);
+  Stepper system(scene);
   Eigen::VectorXd q = system.model->neutral();
   q[2] = 0.05;
   Eigen::VectorXd moved = q;
@@ -117,7 +106,7 @@ TEST(Step, BallOnGround_GroundCarriesItsWeight) {
 /// Anitescu's relaxation (2.3.4): a ball dragged along a wall lifts off by μ times its slip, so the gap vanishes with the step.
 TEST(Step, SlidingContact_OpensGapOfFrictionTimesSlip) {
   for (const double mu : {0.2, 0.5, 1.0}) {
-    System system(wall_scene(mu));
+    Stepper system(wall_scene(mu));
     double u_y = 0.02;
     for (int halving = 0; halving < 4; ++halving, u_y *= 0.5) {
       const auto r = system(Eigen::Vector2d(0, 0), Eigen::Vector2d(u_y, -1e-4 * u_y), {.h = 0.1});
@@ -132,7 +121,7 @@ TEST(Step, SlidingContact_OpensGapOfFrictionTimesSlip) {
 /// Coulomb: the tangential spring force sticks below μ times the normal one and slides above.
 TEST(Step, TangentialLoad_SticksBelowConeAndSlidesAbove) {
   const double mu = 0.5, push = 0.01;
-  System system(wall_scene(mu));
+  Stepper system(wall_scene(mu));
   for (const double ratio : {0.2, 0.9, 0.999}) {
     const auto r = system(Eigen::Vector2d(0, 0), Eigen::Vector2d(ratio * mu * push, -push), {});
     // complementarity to 1e-9 J·s: the slip times what the friction force could still grow by [N·s] is at most that
@@ -148,14 +137,14 @@ TEST(Step, TangentialLoad_SticksBelowConeAndSlidesAbove) {
 }
 
 TEST(Step, FrictionScaleZero_NoTangentialForce) {
-  System system(wall_scene(0.9));
+  Stepper system(wall_scene(0.9));
   const auto r = system(Eigen::Vector2d(0, 0), Eigen::Vector2d(0.02, -0.02), {.friction_scale = 0});
   EXPECT_EQ(r.contacts.at(0).lambda[1], 0);
   EXPECT_NEAR(r.q_next[0], 0.02, 1e-7);
 }
 
 TEST(Step, ObjectRegularisation_FollowsRuleAndIsReported) {
-  System system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
+  Stepper system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
   Eigen::VectorXd q(5), u(2);
   q << 0, 0.5, 0, 0, -0.1;
   u << 0, 0;
@@ -170,7 +159,7 @@ TEST(Step, ObjectRegularisation_FollowsRuleAndIsReported) {
 }
 
 TEST(Step, JointLimits_HoldAndPushBack) {
-  System system(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  Stepper system(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
   const Model& model = *system.model;
   Eigen::VectorXd q = model.neutral();
   q.head<3>() << 1, 1, 1;
@@ -185,7 +174,7 @@ TEST(Step, JointLimits_HoldAndPushBack) {
 /// The rows that an exact step leaves out at first must not change its result: optimality over all contacts of random grasps.
 TEST(Step, RandomStates_OptimalityHoldsOverAllContacts) {
   for (const char* task : {"planar_pushing", "planar_hand", "allegro_ball"}) {
-    System system(world::load_scene(source_dir() / "tasks" / (std::string(task) + ".yaml")));
+    Stepper system(world::load_scene(source_dir() / "tasks" / (std::string(task) + ".yaml")));
     const Model& model = *system.model;
     core::Random random(5, 0);
     int in_contact = 0;
@@ -217,7 +206,7 @@ TEST(Step, RandomStates_OptimalityHoldsOverAllContacts) {
 }
 
 TEST(Step, SmoothedLargeCommands_EveryContactStaysOpenWhetherItsRowWasInOrNot) {
-  System system(world::load_scene(source_dir() / "tasks" / "allegro_ball_table_3_2.yaml"));
+  Stepper system(world::load_scene(source_dir() / "tasks" / "allegro_ball_table_3_2.yaml"));
   const Model& model = *system.model;
   core::Random random(6, 0);
   int left_out = 0, pushed_by_self = 0;
@@ -247,7 +236,7 @@ TEST(Step, SmoothedLargeCommands_EveryContactStaysOpenWhetherItsRowWasInOrNot) {
 }
 
 TEST(Step, DeepPenetration_ProjectsOut) {
-  System system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
+  Stepper system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
   Eigen::VectorXd q(5), u(2);
   q << 0, 0.5, 0, 0, 0.0;  // the ball's centre lies on the face: 0.1 m deep
   u << 0, 0;
@@ -277,8 +266,8 @@ TEST(Step, OverlapThatNoJointCanUndo_StandsInNoWay) {
 }
 
 TEST(Step, WarmStart_GivesTheResultOfAColdOne) {
-  System warm(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
-  System cold(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  Stepper warm(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  Stepper cold(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
   const Model& model = *warm.model;
   Eigen::VectorXd q = model.neutral();
   q.head<3>() << -0.081, 0.001, 0.071;
@@ -296,7 +285,7 @@ TEST(Step, WarmStart_GivesTheResultOfAColdOne) {
 }
 
 TEST(Step, SameInput_SameBits) {
-  System a(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml")),
+  Stepper a(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml")),
       b(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
   Eigen::VectorXd q = a.model->neutral();
   q.head<3>() << -0.081, 0.001, 0.071;
@@ -309,7 +298,7 @@ TEST(Step, SameInput_SameBits) {
 TEST(Step, AfterFirstCalls_AllocatesNothing) {
   if (!bench::counts_allocations()) GTEST_SKIP() << "mallocs are not counted under sanitizers";
   ASSERT_GT(bench::allocations(), 0) << "the counter does not count";
-  System system(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  Stepper system(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
   Eigen::VectorXd q = system.model->neutral();
   q.head<3>() << -0.081, 0.001, 0.071;
   const Eigen::VectorXd u = q.tail(16).array() + 0.02;
@@ -342,7 +331,7 @@ TEST(Step, MoreContactsThanTheWorkspaceWasMadeFor_GrowsOnceAndSaysSo) {
     plate.geometries.back().X_BG.p = Eigen::Vector3d(0.02 * (i % 10), 0.02 * (i / 10), 0);
   }
   scene.objects.push_back(plate);
-  System system(scene);
+  Stepper system(scene);
   Eigen::VectorXd q = system.model->neutral();
   q[2] = 0.004;
   const StepOptions options{.h = 0.01, .regularisation = FixedEpsilon{1}};
@@ -356,7 +345,7 @@ TEST(Step, MoreContactsThanTheWorkspaceWasMadeFor_GrowsOnceAndSaysSo) {
 }
 
 TEST(Step, BadInput_NamesFieldGivenAndExpected) {
-  System system(wall_scene());
+  Stepper system(wall_scene());
   StepResult out;
   const auto run = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options) {
     return message_of([&] { (void)step(*system.model, {q, u}, options, system.work, out); });
@@ -373,7 +362,7 @@ TEST(Step, BadInput_NamesFieldGivenAndExpected) {
   EXPECT_EQ(run(ok, ok, {.friction_scale = -0.5}), "friction_scale: got -0.5, expected a finite number ≥ 0");
   EXPECT_EQ(message_of([] { StepWorkspace(world::Model::make(empty_scene())); }),
             "model: got nothing that moves, expected an object, or a robot with a joint that has a range");
-  StepWorkspace other(System(wall_scene()).model);  // of as many coordinates: nothing but its model tells it apart
+  StepWorkspace other(Stepper(wall_scene()).model);  // of as many coordinates: nothing but its model tells it apart
   EXPECT_EQ(message_of([&] {
               (void)step(*system.model, {ok, ok}, {}, other, out);
             }),

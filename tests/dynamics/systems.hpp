@@ -5,10 +5,12 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "stiction/core/random.hpp"
 #include "stiction/dynamics/rollout.hpp"
+#include "stiction/dynamics/step.hpp"
 #include "stiction/world/model.hpp"
 #include "world/test_scenes.hpp"
 
@@ -16,6 +18,8 @@ namespace stiction::dynamics::test {
 
 using world::test::load_task;
 using world::test::source_dir;
+
+inline constexpr double kGravity = 9.81;
 
 /// A state of the task around the object with the fingers near it, so that several contacts act.
 inline Eigen::VectorXd sample_task(const std::string& task, const world::Model& model, core::Random& random) {
@@ -73,6 +77,19 @@ inline world::ObjectSpec ball(world::ObjectJoint joint, double mass, double radi
   object.geometries.push_back({.name = "ball", .shape = world::Sphere{radius}, .X_BG = {}, .friction = friction});
   return object;
 }
+
+/// Steps of a scene that have to be solved.
+struct Stepper {
+  explicit Stepper(const world::Scene& scene) : model(world::Model::make(scene)), work(model) {}
+  StepResult operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options = {},
+                        const Eigen::VectorXd* tau = nullptr) {
+    StepResult out;
+    EXPECT_EQ(step(*model, {q, u, tau}, options, work, out), core::Status::Solved);
+    return out;
+  }
+  std::shared_ptr<const world::Model> model;
+  StepWorkspace work;
+};
 
 inline world::Scene empty_scene() {
   world::Scene scene;

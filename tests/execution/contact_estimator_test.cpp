@@ -23,7 +23,7 @@ using tasks::load_control_scenario;
 
 constexpr double kTick = 0.005;
 
-ControlScenario load(const char* name) {
+ControlScenario load_estimated(const char* name) {
   ControlScenario out = load_control_scenario(source_dir() / "scenarios" / name);
   out.contacts = ContactSource::Estimated;
   return out;
@@ -37,7 +37,7 @@ ContactEstimatorOptions exact() {
 
 class Estimator : public testing::Test {
  protected:
-  ControlScenario scenario = load("box_in_the_way.yaml");
+  ControlScenario scenario = load_estimated("box_in_the_way.yaml");
   VectorXd q = scenario.start;
 
   /// Torques of a force along the inward normal of the middle of a link.
@@ -172,7 +172,7 @@ TEST_F(Estimator, TorquesThatCannotBeMeant_AreRefused) {
 
 /// The arm of a scenario whose torques have offsets and a noise of their own in each joint.
 TEST(EstimatedLoop, RestAndNoiseOfAScenario_KeepForcesBounded) {
-  ControlScenario scenario = load("box_in_the_way.yaml");
+  ControlScenario scenario = load_estimated("box_in_the_way.yaml");
   scenario.observer.rest = (VectorXd(7) << -0.39, -0.06, -0.16, 0.11, -0.14, -0.08, -0.38).finished();
   scenario.observer.joint_noise = (VectorXd(7) << 0.0538, 0.0327, 0.0386, 0.049, 0.0047, 0.0044, 0.0016).finished();
   ControlRunResult out;
@@ -444,7 +444,7 @@ TEST_F(Estimator, BadInput_IsNamed) {
 }
 
 TEST(EstimatedControl, SameSeed_GivesTheSameBitsAndAnotherDoesNot) {
-  ControlScenario scenario = load("box_in_the_way.yaml");
+  ControlScenario scenario = load_estimated("box_in_the_way.yaml");
   scenario.duration = 3.5;
   ControlRunResult a, b, c;
   ASSERT_EQ(run_control(scenario, {}, a), Status::Solved);
@@ -457,7 +457,7 @@ TEST(EstimatedControl, SameSeed_GivesTheSameBitsAndAnotherDoesNot) {
 
 /// F and the force from which contacts count follow the bound, whoever sets it, unless the scenario names F.
 TEST(EstimatedControl, AnotherBound_IsKnownToTheEstimator) {
-  ControlScenario scenario = load("box_in_the_way.yaml");
+  ControlScenario scenario = load_estimated("box_in_the_way.yaml");
   EXPECT_EQ(make_estimator_options(scenario).plausible_force, 30);
   EXPECT_EQ(make_estimator_options(scenario).least_force, 5);
   set_lambda_max(scenario, 9);
@@ -470,7 +470,7 @@ TEST(EstimatedControl, AnotherBound_IsKnownToTheEstimator) {
 
 TEST(EstimatedControl, Delay_TellsOfContactsLaterByThat) {
   const auto first_told = [](double delay) {
-    ControlScenario scenario = load("box_in_the_way.yaml");
+    ControlScenario scenario = load_estimated("box_in_the_way.yaml");
     scenario.contacts = ContactSource::True;
     scenario.duration = 3, scenario.delay = delay;
     ControlRunResult out;

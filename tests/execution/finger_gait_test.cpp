@@ -21,13 +21,13 @@ using planning::test::load_model;
 constexpr double kPeriod = 0.01;
 
 /// The ball in the open hand, to be turned by so much about the vertical.
-struct Rig {
+struct BallInHand {
   std::shared_ptr<const world::Model> model = load_model("allegro_ball");
   VectorXd q = allegro_start();
   planning::Goal goal;
   SimulatedPlant plant{model, q, {}};
 
-  explicit Rig(double angle = 0.5) {
+  explicit BallInHand(double angle = 0.5) {
     goal.X_WG = world::object_pose(*model, q, 0);
     goal.X_WG.R = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix() * goal.X_WG.R;
   }
@@ -35,7 +35,7 @@ struct Rig {
 };
 
 TEST(FingerGait, AppliesToWhatRollsOutOfAnOpenHandAndToNothingElse) {
-  Rig ball;
+  BallInHand ball;
   EXPECT_TRUE(FingerGait(ball.model, ball.goal, 0.7).applies(ball.q));
   VectorXd touched = ball.q;
   touched[0] += 0.004;
@@ -67,7 +67,7 @@ struct Gait {
   double most_aside = 0;  ///< of the ball [m]
 };
 
-Gait carry_out(Rig& rig, double duration) {
+Gait carry_out(BallInHand& rig, double duration) {
   FingerGait gait(rig.model, rig.goal, 0.7);
   gait.start(rig.q);
   Gait out;
@@ -87,7 +87,7 @@ Gait carry_out(Rig& rig, double duration) {
 
 TEST(FingerGait, BallIsTurnedEitherWay_FingersGoBackOneByOne) {
   for (const double angle : {0.8, -0.8}) {
-    Rig rig(angle);
+    BallInHand rig(angle);
     ASSERT_GT(planning::goal_error(*rig.model, rig.q, rig.goal).share(rig.goal), 7);
     const Gait gait = carry_out(rig, 15);
     EXPECT_TRUE(gait.turned) << angle;
@@ -100,7 +100,7 @@ TEST(FingerGait, BallIsTurnedEitherWay_FingersGoBackOneByOne) {
 /// While one finger goes back its commands are those of its path, which ends where it first touched the ball, and those of the others keep to the rate of a
 /// hold.
 TEST(FingerGait, FingerThatGoesBack_ComesToItsFirstCommandWhileOthersHold) {
-  Rig rig(1.5);
+  BallInHand rig(1.5);
   FingerGait gait(rig.model, rig.goal, 0.7);
   const Fingers fingers = find_fingers(*rig.model, 0);
   ASSERT_EQ(fingers.chains.size(), 4U);
@@ -134,7 +134,7 @@ TEST(FingerGait, FingerThatGoesBack_ComesToItsFirstCommandWhileOthersHold) {
 }
 
 TEST(FingerGait, TurnsThatBringNothing_AreTold) {
-  Rig rig(2);
+  BallInHand rig(2);
   FingerGait gait(rig.model, rig.goal, 0.7);
   gait.start(rig.q);
   VectorXd u = rig.u();
@@ -146,7 +146,7 @@ TEST(FingerGait, TurnsThatBringNothing_AreTold) {
 }
 
 TEST(ActiveHold, FingerThatIsLeft_KeepsItsCommands) {
-  Rig rig;
+  BallInHand rig;
   ActiveHold hold(rig.model, 0, 0.7);
   VectorXd aside = rig.q;
   aside[0] += 0.005;
@@ -164,7 +164,7 @@ TEST(ActiveHold, FingerThatIsLeft_KeepsItsCommands) {
 
 /// A whole run: the goal holds, and nothing was planned.
 TEST(Run, BallInAnOpenHand_IsTurnedByItsFingers) {
-  Rig rig;
+  BallInHand rig;
   planning::PlanningProblem problem{rig.model, rig.q, rig.goal, {}};
   planning::PlannerOptions planner;
   planner.threads = 1;
@@ -183,7 +183,7 @@ TEST(Run, BallInAnOpenHand_IsTurnedByItsFingers) {
   how.finger_gait = false;
   how.duration = 1;
   how.plan_timeout = 0.2;
-  Rig again;
+  BallInHand again;
   (void)run(again.plant, problem, planner, how, control, out);
   EXPECT_FALSE(out.plans.empty()) << "without it a plan is asked for";
 }

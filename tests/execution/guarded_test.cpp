@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "execution/touch_options.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/execution/touch/approach.hpp"
 #include "stiction/execution/touch/feeler.hpp"
@@ -27,12 +28,6 @@ using tasks::load_touch_scenario;
 
 std::filesystem::path file_of(const char* name) { return source_dir() / "scenarios" / (std::string(name) + ".yaml"); }
 TouchScenario load(const char* name) { return load_touch_scenario(file_of(name)); }
-
-TouchRunOptions with_seed(std::uint64_t seed) {
-  TouchRunOptions out;
-  out.seed = seed;
-  return out;
-}
 
 int body_of(const world::Model& model, const std::string& name) {
   for (std::size_t b = 0; b < model.bodies().size(); ++b)

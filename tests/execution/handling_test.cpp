@@ -12,11 +12,11 @@ using Eigen::VectorXd;
 constexpr double kRadius = 0.05, kGravity = 9.81;
 
 /// A free ball of 0.2 kg over the ground, and a robot out of its way.
-struct Rig {
+struct BallAndPusher {
   std::shared_ptr<const world::Model> model;
   VectorXd q;
 
-  explicit Rig(double height) {
+  explicit BallAndPusher(double height) {
     world::Scene scene = simulation::test::empty_scene({0, 0, -kGravity});
     scene.objects.push_back(simulation::test::solid(world::ObjectJoint::Free, world::Sphere{kRadius}, 0.2, 1));
     scene.fixed.push_back(simulation::test::ground(1));
@@ -29,7 +29,7 @@ struct Rig {
 };
 
 TEST(Handling, BallThatLies_IsPressedWithItsWeight) {
-  Rig rig(0);
+  BallAndPusher rig(0);
   for (const double mass : {1.0, 3.0}) {
     SimulatedPlant plant(rig.model, rig.q, {.mass = mass});
     const VectorXd u = plant.world().u();
@@ -42,7 +42,7 @@ TEST(Handling, BallThatLies_IsPressedWithItsWeight) {
 /// Speed g t of a ball that falls, as a slip where it was to stay, and none where it was to fall.
 TEST(Handling, SlipSpeedIsWhatTheObjectIsFasterThanPlanned) {
   for (const bool planned : {false, true}) {
-    Rig rig(1);
+    BallAndPusher rig(1);
     SimulatedPlant plant(rig.model, rig.q);
     HandlingWatch watch(plant);
     const VectorXd u = plant.world().u();

@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 using planning::test::load_model;
 
 /// The plan that pushes a box up by 0.2 m in two edges, and a state beside its middle.
-struct Rig {
+struct PushUp {
   std::shared_ptr<const world::Model> model = load_model("planar_pushing");
   planning::Plan plan = planning::test::push_up(model);
   VectorXd q = plan.segments[0].knots.back().q, u = plan.segments[0].knots.back().u;
@@ -23,7 +23,7 @@ struct Rig {
 };
 
 TEST(PlanJoin, StateBesideAPlace_GoesOnToTheGoal) {
-  Rig rig;
+  PushUp rig;
   rig.q[1] -= 0.004;  // a fifth of the tolerance lower, which the push takes along
   rig.q[4] -= 0.004;
   const Join join = rig.join();
@@ -48,7 +48,7 @@ TEST(PlanJoin, StateBesideAPlace_GoesOnToTheGoal) {
 
 /// What is aside of a push stays aside: the plan does not lead to the goal, and the best of it is told.
 TEST(PlanJoin, StateAside_DoesNotJoin) {
-  Rig rig;
+  PushUp rig;
   rig.q[0] += 1.5 * rig.plan.goal.tol_position;
   const Join aside = rig.join();
   EXPECT_NE(aside.status, Status::Solved);
@@ -61,7 +61,7 @@ TEST(PlanJoin, StateAside_DoesNotJoin) {
 }
 
 TEST(PlanJoin, RobotElsewhere_DoesNotJoin) {
-  Rig rig;
+  PushUp rig;
   rig.q.tail(2) << 2, 0.5;
   rig.u = rig.q.tail(2);
   EXPECT_NE(rig.join().status, Status::Solved);
@@ -69,7 +69,7 @@ TEST(PlanJoin, RobotElsewhere_DoesNotJoin) {
 
 /// The step with the command that the tracker gives brings the box nearer to where the plan has it; what is far off bounds the command.
 TEST(PoseTracker, CommandsBesideThePlan_BringTheObjectBack) {
-  Rig rig;
+  PushUp rig;
   dynamics::StepWorkspace work(rig.model);
   dynamics::StepResult out;
   const auto height_after = [&](const VectorXd& u) {
@@ -94,7 +94,7 @@ TEST(PoseTracker, CommandsBesideThePlan_BringTheObjectBack) {
 }
 
 TEST(PlanJoin, StepsAreBounded) {
-  Rig rig;
+  PushUp rig;
   const long all = rig.join().steps;
   const Join join = rig.join({.max_steps = all / 3});
   EXPECT_NE(join.status, Status::Solved);

@@ -28,7 +28,7 @@ using planning::test::load_model;
 using stiction::test::message_of;
 
 /// A ball pushes a box of 1 m by so much along y.
-struct Rig {
+struct BoxRun {
   std::shared_ptr<const world::Model> model = load_model("planar_pushing");
   planning::PlanningProblem problem;
   planning::PlannerOptions planner;
@@ -37,7 +37,7 @@ struct Rig {
   core::RunControl control;
   RunResult out;
 
-  explicit Rig(double way = 0.1) {
+  explicit BoxRun(double way = 0.1) {
     problem.model = model;
     problem.q_start = (VectorXd(5) << 0, 0.6, 0, 0, -0.02).finished();
     problem.goal.X_WG = world::object_pose(*model, problem.q_start, 0);
@@ -56,12 +56,12 @@ struct Rig {
   }
 };
 
-double error_of(const Rig& rig, const Eigen::VectorXd& q) {
+double error_of(const BoxRun& rig, const Eigen::VectorXd& q) {
   return planning::goal_error(*rig.model, q, rig.problem.goal).share(rig.problem.goal);
 }
 
 TEST(Run, PushedBox_ReachesItsGoalAndStaysForTheHold) {
-  Rig rig;
+  BoxRun rig;
   SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
   ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
   EXPECT_EQ(rig.out.end, RunEnd::Reached);
@@ -75,7 +75,7 @@ TEST(Run, PushedBox_ReachesItsGoalAndStaysForTheHold) {
 }
 
 TEST(Run, SameSeed_SameRun) {
-  Rig a, b;
+  BoxRun a, b;
   a.world.pose_noise = b.world.pose_noise = 1e-3;
   a.planner.threads = 1;
   ASSERT_EQ(a.run(), b.run());
@@ -85,7 +85,7 @@ TEST(Run, SameSeed_SameRun) {
 }
 
 TEST(Run, ObjectAtItsGoal_IsHeldWithoutAPlan) {
-  Rig rig(0);
+  BoxRun rig(0);
   ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
   EXPECT_TRUE(rig.out.plans.empty());
   EXPECT_TRUE(rig.out.pieces.empty());
@@ -95,7 +95,7 @@ TEST(Run, ObjectAtItsGoal_IsHeldWithoutAPlan) {
 /// What the planner computed is charged to the clock, twice as much of it at half of the rate.
 TEST(Run, ClockGoesOnByWhatThePlannerTook) {
   for (const double rate : {0.0, 0.5, 1.0}) {
-    Rig rig;
+    BoxRun rig;
     rig.how.planning_rate = rate;
     ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
     ASSERT_TRUE(rig.out.first_plan);
@@ -105,7 +105,7 @@ TEST(Run, ClockGoesOnByWhatThePlannerTook) {
     EXPECT_NEAR(clock, expected, rig.how.tick) << rate;
     EXPECT_GE(rig.out.pieces.at(0).begin_s, rig.out.plans[0].time + clock - 1e-9);
   }
-  Rig measured;
+  BoxRun measured;
   measured.how.plan_step_time.reset();
   ASSERT_EQ(measured.run(), Status::Solved) << measured.out.message;
   for (const RunPlan& plan : measured.out.plans) EXPECT_NEAR(plan.clock_s, plan.processor_s, measured.how.tick);
@@ -113,7 +113,7 @@ TEST(Run, ClockGoesOnByWhatThePlannerTook) {
 
 /// A planner that takes far longer than it may: the robot holds meanwhile, and the run goes on.
 TEST(Run, PlannerThatOverrunsItsTime_TheRobotHoldsMeanwhile) {
-  Rig rig;
+  BoxRun rig;
   rig.how.plan_timeout = 5;
   rig.how.plan_step_time = 0.1;
   VectorXd u;
@@ -131,7 +131,7 @@ TEST(Run, PlannerThatOverrunsItsTime_TheRobotHoldsMeanwhile) {
 
 /// Pushed aside while the planner works: its plan begins where the box no more is.
 TEST(Run, BoxThatMovedWhileThePlannerWorked_IsPlannedAnew) {
-  Rig rig;
+  BoxRun rig;
   rig.how.plan_step_time = 1e-2;
   rig.world.pushes = {{.object = 0, .begin = 0.8, .duration = 0.5, .force_W = {0, 60, 0}}};
   ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
@@ -144,7 +144,7 @@ TEST(Run, BoxThatMovedWhileThePlannerWorked_IsPlannedAnew) {
 /// A plant with a clock of its own is commanded while the planner works.
 class OwnClock final : public Driver {
  public:
-  explicit OwnClock(const Rig& rig) : inner(rig.model, rig.problem.q_start, {}) {}
+  explicit OwnClock(const BoxRun& rig) : inner(rig.model, rig.problem.q_start, {}) {}
   bool read(Measurement& out) override { return inner.read(out); }
   bool command(VectorRef u, double period) override { return inner.command(u, period); }
   bool real_time() const override { return true; }
@@ -152,13 +152,13 @@ class OwnClock final : public Driver {
 };
 
 TEST(Run, PlantWithItsOwnClock_IsHeldWhileThePlannerWorks) {
-  Rig rig;
+  BoxRun rig;
   rig.how.duration = 1e6;
   OwnClock plant(rig);
   ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
   EXPECT_GT(rig.out.plans[0].clock_s, 0);
 
-  Rig wrong;
+  BoxRun wrong;
   wrong.problem.q_goal = VectorXd::Zero(99);
   OwnClock other(wrong);
   EXPECT_NE(message_of([&] { (void)wrong.run(other); }).find("q_goal: got 99"), std::string::npos)
@@ -167,7 +167,7 @@ TEST(Run, PlantWithItsOwnClock_IsHeldWhileThePlannerWorks) {
 
 /// Pushed aside by far more than the tolerance on its way: the piece is given up, and the way planned anew leads to the goal all the same.
 TEST(Run, BoxPushedAside_IsPlannedAnewFromWhereItIs) {
-  Rig rig;
+  BoxRun rig;
   rig.world.pushes = {{.object = 0, .begin = 0.8, .duration = 0.5, .force_W = {0, 60, 0}}};
   ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
   EXPECT_GE(rig.out.replans, 1);
@@ -178,7 +178,7 @@ TEST(Run, BoxPushedAside_IsPlannedAnewFromWhereItIs) {
 }
 
 TEST(Run, GivenPlan_IsCarriedOutBeforeAnythingIsPlanned) {
-  Rig rig;
+  BoxRun rig;
   const planning::Plan plan = planning::test::push_up(rig.model);
   rig.problem.goal = plan.goal;
   SimulatedPlant plant(rig.model, plan.q_start, {});
@@ -186,7 +186,7 @@ TEST(Run, GivenPlan_IsCarriedOutBeforeAnythingIsPlanned) {
   EXPECT_TRUE(rig.out.plans.empty());
   EXPECT_EQ(rig.out.count(SegmentKind::Contact), 1);
 
-  Rig elsewhere;
+  BoxRun elsewhere;
   elsewhere.problem.goal = plan.goal;
   elsewhere.problem.q_start[1] = 0.7;
   SimulatedPlant other(elsewhere.model, elsewhere.problem.q_start, {});
@@ -206,7 +206,7 @@ class FailingPlant final : public Driver {
     Jumps,  ///< … and elsewhere in every look
     Aside   ///< … farther and farther away, until they are back at once
   };
-  FailingPlant(const Rig& rig, What what, double after, double until = std::numeric_limits<double>::infinity())
+  FailingPlant(const BoxRun& rig, What what, double after, double until = std::numeric_limits<double>::infinity())
       : inner(rig.model, rig.problem.q_start, {}), what_(what), after_(after), until_(until) {}
   bool read(Measurement& out) override {
     if (!inner.read(out)) return false;
@@ -237,7 +237,7 @@ TEST(Run, PlantThatStopsAnswering_EndsTheRunWithItsReason) {
                                                               {FailingPlant::What::Clock, "clock of the plant stands still"},
                                                               {FailingPlant::What::Jumps, "reported where they cannot have got to"}};
   for (const auto& [what, words] : cases) {
-    Rig rig;
+    BoxRun rig;
     rig.how.absence = rig.how.silence;
     FailingPlant plant(rig, what, 0.7);
     EXPECT_EQ(rig.run(plant), Status::NumericalFailure);
@@ -250,7 +250,7 @@ TEST(Run, PlantThatStopsAnswering_EndsTheRunWithItsReason) {
 
 /// A tracker that loses the box for a tenth of a second, and says that it is 5 m aside.
 TEST(Run, PoseThatJumpsForAMoment_IsNotBelieved) {
-  Rig plain, rig;
+  BoxRun plain, rig;
   FailingPlant plant(rig, FailingPlant::What::Jump, 0.8, 0.9);
   ASSERT_EQ(plain.run(), Status::Solved);
   ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
@@ -262,7 +262,7 @@ TEST(Run, PoseThatJumpsForAMoment_IsNotBelieved) {
 class PersonsPlant final : public Driver {
  public:
   /// @param away  for so long it is unseen [s]
-  PersonsPlant(const Rig& rig, double taken, double away) : rig_(rig), taken_(taken), away_(away), plant_(make(rig.problem.q_start)) {}
+  PersonsPlant(const BoxRun& rig, double taken, double away) : rig_(rig), taken_(taken), away_(away), plant_(make(rig.problem.q_start)) {}
   bool read(Measurement& out) override {
     if (!plant_->read(out)) return false;
     out.time += shift_, out.object_time += shift_;
@@ -285,7 +285,7 @@ class PersonsPlant final : public Driver {
 
  private:
   std::unique_ptr<SimulatedPlant> make(const VectorXd& q) const { return std::make_unique<SimulatedPlant>(rig_.model, q, WorldOptions{}); }
-  const Rig& rig_;
+  const BoxRun& rig_;
   double taken_, away_, shift_ = 0;
   bool put_ = false;
   std::unique_ptr<SimulatedPlant> plant_;
@@ -294,7 +294,7 @@ class PersonsPlant final : public Driver {
 
 TEST(Run, BoxThatAPersonTakesAwayAndPutsElsewhere_IsPushedFromThere) {
   for (const double away : {1e-3, 3.0}) {
-    Rig rig;
+    BoxRun rig;
     PersonsPlant plant(rig, 0.8, away);
     ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
     const auto told = std::count_if(rig.out.plans.begin(), rig.out.plans.end(),
@@ -310,7 +310,7 @@ TEST(Run, BoxThatAPersonTakesAwayAndPutsElsewhere_IsPushedFromThere) {
 /// A plant whose clock is not ours: a command of a tick takes it longer, or less long.
 class OddClock final : public Driver {
  public:
-  OddClock(const Rig& rig, double factor) : inner(rig.model, rig.problem.q_start, {}), factor_(factor) {}
+  OddClock(const BoxRun& rig, double factor) : inner(rig.model, rig.problem.q_start, {}), factor_(factor) {}
   bool read(Measurement& out) override { return inner.read(out); }
   bool command(VectorRef u, double period) override { return inner.command(u, factor_ * period); }
   SimulatedPlant inner;
@@ -321,11 +321,11 @@ class OddClock final : public Driver {
 
 TEST(Run, PlantWhoseClockIsFasterOrSlower_ReachesItsGoalInItsOwnTime) {
   for (const double factor : {0.6, 1.4}) {
-    Rig rig;
+    BoxRun rig;
     OddClock plant(rig, factor);
     ASSERT_EQ(rig.run(plant), Status::Solved) << factor << " " << rig.out.message;
     const auto& pieces = rig.out.pieces;
-    Rig same;
+    BoxRun same;
     ASSERT_EQ(same.run(), Status::Solved);
     EXPECT_NEAR(pieces[0].end_s - pieces[0].begin_s, same.out.pieces[0].end_s - same.out.pieces[0].begin_s, 0.1) << factor;
   }
@@ -334,7 +334,7 @@ TEST(Run, PlantWhoseClockIsFasterOrSlower_ReachesItsGoalInItsOwnTime) {
 /// Something holds the robot for a while, so that its commands do nothing.
 class HeldRobot final : public Driver {
  public:
-  HeldRobot(const Rig& rig, double begin, double duration)
+  HeldRobot(const BoxRun& rig, double begin, double duration)
       : inner(rig.model, rig.problem.q_start, {}), begin_(begin), end_(begin + duration) {}
   bool read(Measurement& out) override {
     const bool there = inner.read(out);
@@ -366,14 +366,14 @@ double largest_stride(const RunResult& run) {
 }
 
 TEST(Run, RobotThatIsHeld_IsWaitedForAndSoIsWhatFollows) {
-  const auto beside = [](Rig& rig) { rig.problem.q_start.tail<2>() << 1.0, 0.6; };  // it goes below the box first
-  Rig free;
+  const auto beside = [](BoxRun& rig) { rig.problem.q_start.tail<2>() << 1.0, 0.6; };  // it goes below the box first
+  BoxRun free;
   beside(free);
   ASSERT_EQ(free.run(), Status::Solved);
   const RunPiece& move = free.out.pieces.at(0);
   const double begin = 0.75 * move.begin_s + 0.25 * move.end_s;
 
-  Rig rig;
+  BoxRun rig;
   beside(rig);
   HeldRobot plant(rig, begin, 1.5);
   ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
@@ -381,7 +381,7 @@ TEST(Run, RobotThatIsHeld_IsWaitedForAndSoIsWhatFollows) {
   EXPECT_GT(rig.out.pieces.at(1).end_s, free.out.pieces.at(1).end_s + 0.5);
   EXPECT_LT(largest_stride(rig.out), 1.5 * largest_stride(free.out)) << "what follows begins later by as much";
 
-  Rig longer;
+  BoxRun longer;
   beside(longer);
   HeldRobot stuck(longer, begin, 4);
   ASSERT_EQ(longer.run(stuck), Status::Solved) << longer.out.message;
@@ -390,7 +390,7 @@ TEST(Run, RobotThatIsHeld_IsWaitedForAndSoIsWhatFollows) {
 
 /// An object that is out of its goal for a while and comes back needs no plan, and no grip that is let go.
 TEST(Run, ObjectThatComesBackToItsGoal_IsHeldOn) {
-  Rig rig(0);
+  BoxRun rig(0);
   FailingPlant plant(rig, FailingPlant::What::Aside, 0.5, 1.2);
   const VectorXd u = plant.inner.world().u();
   ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
@@ -406,7 +406,7 @@ TEST(Run, ObjectThatComesBackToItsGoal_IsHeldOn) {
 /// A world in which something pushes the box out of its goal whenever the robot has brought it there.
 class HostilePlant final : public Driver {
  public:
-  explicit HostilePlant(const Rig& rig) : plant_(make_world(rig.model, {})), rig_(rig) {
+  explicit HostilePlant(const BoxRun& rig) : plant_(make_world(rig.model, {})), rig_(rig) {
     plant_.reset(rig.problem.q_start, rig.problem.q_start.tail(rig.model->n_a()));
   }
   bool read(Measurement& out) override {
@@ -423,12 +423,12 @@ class HostilePlant final : public Driver {
 
  private:
   simulation::SteppedPlant plant_;
-  const Rig& rig_;
+  const BoxRun& rig_;
 };
 
 TEST(Run, PlansAfterTheFirst_AreBoundedWhateverCallsForThem) {
   for (const int replans : {0, 2}) {
-    Rig rig;
+    BoxRun rig;
     HostilePlant plant(rig);
     rig.how.replans = replans;
     rig.how.duration = 200;
@@ -446,14 +446,14 @@ TEST(Run, PlansAfterTheFirst_AreBoundedWhateverCallsForThem) {
 // ---- goals in a row
 
 /// The same goal, so much farther along y.
-planning::PlanningProblem farther(const Rig& rig, double way) {
+planning::PlanningProblem farther(const BoxRun& rig, double way) {
   planning::PlanningProblem out = rig.problem;
   out.goal.X_WG.p.z() += way;
   return out;
 }
 
 TEST(RunInARow, Goals_AreReachedAndHeldOneAfterAnother) {
-  Rig rig;
+  BoxRun rig;
   const std::vector<planning::PlanningProblem> goals{rig.problem, farther(rig, 0.1)};
   std::vector<int> seen;
   std::vector<double> shares;
@@ -485,7 +485,7 @@ TEST(RunInARow, Goals_AreReachedAndHeldOneAfterAnother) {
 }
 
 TEST(RunInARow, GivenPlan_IsToTheFirstOfThem) {
-  Rig rig;
+  BoxRun rig;
   const planning::Plan plan = planning::test::push_up(rig.model);
   rig.problem.goal = plan.goal;
   const std::vector<planning::PlanningProblem> goals{rig.problem, farther(rig, 0.1)};
@@ -498,7 +498,7 @@ TEST(RunInARow, GivenPlan_IsToTheFirstOfThem) {
 
 /// Plans after the first one count for each goal by itself, and each goal has a first one.
 TEST(RunInARow, GoalThatIsNotReached_EndsTheRunAfterTheOneBefore) {
-  Rig rig;
+  BoxRun rig;
   const std::vector<planning::PlanningProblem> goals{rig.problem, farther(rig, 1e3), farther(rig, 0.1)};
   rig.planner.max_iterations = 100;
   rig.how.replans = 1;
@@ -516,11 +516,11 @@ TEST(RunInARow, GoalThatIsNotReached_EndsTheRunAfterTheOneBefore) {
 }
 
 TEST(RunInARow, TimeIsThatOfAllGoals) {
-  Rig whole;
+  BoxRun whole;
   const std::vector<planning::PlanningProblem> goals{whole.problem, farther(whole, 0.1)};
   SimulatedPlant plant(whole.model, whole.problem.q_start, whole.world);
   ASSERT_EQ(execution::run(plant, goals, whole.planner, whole.how, whole.control, whole.out), Status::Solved) << whole.out.message;
-  Rig rig;
+  BoxRun rig;
   rig.how.duration = whole.out.goals[0].end_s + 0.3;
   SimulatedPlant other(rig.model, rig.problem.q_start, rig.world);
   EXPECT_EQ(execution::run(other, goals, rig.planner, rig.how, rig.control, rig.out), Status::MaxIterations);
@@ -532,7 +532,7 @@ TEST(RunInARow, TimeIsThatOfAllGoals) {
 
 /// A ball that lies at the first goal is held there, and then a blow throws it out of the hand while the planner works on the second.
 TEST(RunInARow, ObjectThatFallsInBetween_EndsTheRunWithTheGoalsBefore) {
-  Rig rig;
+  BoxRun rig;
   rig.model = load_model("allegro_ball");
   rig.problem.model = rig.model;
   rig.problem.q_start = planning::test::allegro_start();
@@ -554,10 +554,10 @@ TEST(RunInARow, ObjectThatFallsInBetween_EndsTheRunWithTheGoalsBefore) {
 
 /// Without a hold a goal counts as soon as the object is seen there, on its way as well; what it has still to be pushed is left.
 TEST(RunInARow, GoalThatNeedNotBeHeld_CountsOnTheWay) {
-  Rig held, rig;
+  BoxRun held, rig;
   held.how.hold = 0.5, rig.how.hold = 0;
   const std::vector<planning::PlanningProblem> goals{rig.problem, farther(rig, 0.1)};
-  for (Rig* each : {&held, &rig}) {
+  for (BoxRun* each : {&held, &rig}) {
     SimulatedPlant plant(each->model, each->problem.q_start, each->world);
     ASSERT_EQ(execution::run(plant, goals, each->planner, each->how, each->control, each->out), Status::Solved) << each->out.message;
     for (const RunGoal& goal : each->out.goals) EXPECT_LE(goal.error.share(each->problem.goal), 1);
@@ -577,7 +577,7 @@ TEST(RunInARow, GoalThatNeedNotBeHeld_CountsOnTheWay) {
 }
 
 TEST(RunInARow, Mistakes_AreNamed) {
-  Rig rig;
+  BoxRun rig;
   SimulatedPlant plant(rig.model, rig.problem.q_start, {});
   const auto complaint = [&](const std::vector<planning::PlanningProblem>& goals) {
     return message_of([&] { (void)execution::run(plant, goals, rig.planner, rig.how, rig.control, rig.out); });
@@ -592,9 +592,9 @@ TEST(RunInARow, Mistakes_AreNamed) {
 
 // ---- pushes from outside
 
-/// The box of Rig after 1 s with its robot at rest.
+/// The box of BoxRun after 1 s with its robot at rest.
 VectorXd after_pushes(std::vector<OutsidePush> pushes, double tick = 1e-3) {
-  Rig rig;
+  BoxRun rig;
   rig.world.pushes = std::move(pushes);
   SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
   const VectorXd u = plant.world().u();
@@ -613,7 +613,7 @@ TEST(OutsidePushes, EachActsInItsTimeWhateverOthersThereAre) {
 
 TEST(OutsidePushes, HeldWhileTheLoopRuns_AreThoseOfTheOptions) {
   const OutsidePush known{.object = 0, .begin = 0.1, .duration = 0.3, .force_W = {0, 30, 0}};
-  Rig rig;
+  BoxRun rig;
   SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
   const VectorXd u = plant.world().u();
   simulation::Push hand{.body = rig.model->objects()[0].body, .p_BP = rig.model->scene().objects[0].p_BCom, .force_W = known.force_W};
@@ -651,7 +651,7 @@ TEST(OutsidePushes, ThatAreShorterThanATick_GiveTheirMomentum) {
 }
 
 TEST(Run, InterruptedRun_HoldsTheLastCommand) {
-  Rig rig;
+  BoxRun rig;
   std::atomic<bool> cancel{false};
   rig.control.cancel = &cancel;
   VectorXd last;
@@ -667,11 +667,11 @@ TEST(Run, InterruptedRun_HoldsTheLastCommand) {
 }
 
 TEST(Run, BudgetsThatAreUsedUp_AreTold) {
-  Rig rig;
+  BoxRun rig;
   rig.how.duration = 0.5;
   EXPECT_EQ(rig.run(), Status::MaxIterations);
   EXPECT_EQ(rig.out.end, RunEnd::TimeUp);
-  Rig late;
+  BoxRun late;
   late.control.deadline = core::RunControl::Clock::now();
   EXPECT_EQ(late.run(), Status::MaxIterations);
   EXPECT_EQ(late.out.end, RunEnd::Deadline);
@@ -680,7 +680,7 @@ TEST(Run, BudgetsThatAreUsedUp_AreTold) {
 /// A ball that lies in the open hand at its goal is pushed aside: it stays where fingers close on it, and rolls out where commands rest.
 TEST(Run, FreeObjectThatMovesWhileNothingIsCarriedOut_IsCaught) {
   for (const bool active : {true, false}) {
-    Rig rig;
+    BoxRun rig;
     rig.model = load_model("allegro_ball");
     rig.problem.model = rig.model;
     rig.problem.q_start = planning::test::allegro_start();
@@ -702,7 +702,7 @@ TEST(Run, FreeObjectThatMovesWhileNothingIsCarriedOut_IsCaught) {
 /// A plan that begins elsewhere: it leads on from where the box is, and nothing is searched.
 TEST(Run, PlanThatLeadsOnFromWhereThingsAre_IsGoneOnWith) {
   for (const bool join : {true, false}) {
-    Rig rig;
+    BoxRun rig;
     const planning::Plan plan = planning::test::push_up(rig.model);
     rig.problem.goal = plan.goal;
     rig.how.join = join;
@@ -720,7 +720,7 @@ TEST(Run, PlanThatLeadsOnFromWhereThingsAre_IsGoneOnWith) {
 
 /// A ball in the air over a hand falls, and nobody plans for what falls.
 TEST(Run, FallingObject_EndsTheRun) {
-  Rig rig;
+  BoxRun rig;
   rig.model = load_model("allegro_ball");
   rig.problem.model = rig.model;
   rig.problem.q_start = planning::test::allegro_start();
@@ -739,37 +739,37 @@ TEST(Run, FallingObject_EndsTheRun) {
 
 /// A plan without the time for one is a plan that found nothing, and nobody's wish to stop.
 TEST(Run, PlansHaveTheirTimeOfProcessorsAndNoMore) {
-  Rig rig;
+  BoxRun rig;
   rig.how.plan_processor_time = 1e-9;
   EXPECT_EQ(rig.run(), Status::MaxIterations);
   EXPECT_EQ(rig.out.end, RunEnd::NoPlan) << rig.out.message;
   ASSERT_EQ(rig.out.plans.size(), static_cast<std::size_t>(rig.how.refusals));
   for (const RunPlan& plan : rig.out.plans) EXPECT_EQ(plan.status, Status::MaxIterations);
 
-  Rig enough;
+  BoxRun enough;
   enough.how.plan_processor_time = 1e3;
   ASSERT_EQ(enough.run(), Status::Solved) << enough.out.message;
   EXPECT_GT(enough.out.plans.front().processor_s, 0);
 }
 
 TEST(Run, Mistakes_AreNamed) {
-  Rig rig;
+  BoxRun rig;
   SimulatedPlant plant(rig.model, rig.problem.q_start, {});
   const auto complaint = [&](auto change) {
-    Rig wrong;
+    BoxRun wrong;
     change(wrong);
     return message_of([&] { (void)wrong.run(plant); });
   };
-  EXPECT_EQ(complaint([](Rig& r) { r.how.tick = 0; }), "tick: got 0, expected a finite number > 0");
-  EXPECT_EQ(complaint([](Rig& r) { r.how.watch_interval = 1e-4; }), "watch_interval: got 0.0001 s, expected at least a tick of 0.001 s");
-  EXPECT_EQ(complaint([](Rig& r) { r.how.plan_fraction = 1.5; }), "plan_fraction: got 1.5, expected a number in (0, 1]");
-  EXPECT_EQ(complaint([](Rig& r) { r.how.friction = 0; }), "friction: got 0, expected a number in (0, 1]");
-  EXPECT_EQ(complaint([](Rig& r) { r.how.plan_processor_time = 0; }), "plan_processor_time: got 0, expected a finite number > 0");
-  EXPECT_EQ(complaint([](Rig& r) { r.how.absence = 0.1; }), "absence: got 0.1 s, expected at least the silence of 0.5 s");
-  EXPECT_EQ(complaint([](Rig& r) { r.how.planning_rate = -1; }), "planning_rate: got -1, expected a finite number ≥ 0");
-  EXPECT_EQ(complaint([](Rig& r) { r.how.plan_step_time = 0; }), "plan_step_time: got 0, expected a finite number > 0");
-  EXPECT_EQ(complaint([](Rig& r) { r.how.replans = -1; }), "replans: got -1, expected 0 or more");
-  EXPECT_EQ(complaint([](Rig& r) { r.problem.goal.object = 3; }), "goal.object: got 3, expected the index of an object");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.tick = 0; }), "tick: got 0, expected a finite number > 0");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.watch_interval = 1e-4; }), "watch_interval: got 0.0001 s, expected at least a tick of 0.001 s");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.plan_fraction = 1.5; }), "plan_fraction: got 1.5, expected a number in (0, 1]");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.friction = 0; }), "friction: got 0, expected a number in (0, 1]");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.plan_processor_time = 0; }), "plan_processor_time: got 0, expected a finite number > 0");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.absence = 0.1; }), "absence: got 0.1 s, expected at least the silence of 0.5 s");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.planning_rate = -1; }), "planning_rate: got -1, expected a finite number ≥ 0");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.plan_step_time = 0; }), "plan_step_time: got 0, expected a finite number > 0");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.how.replans = -1; }), "replans: got -1, expected 0 or more");
+  EXPECT_EQ(complaint([](BoxRun& r) { r.problem.goal.object = 3; }), "goal.object: got 3, expected the index of an object");
   const auto world = [&](const WorldOptions& options) { return message_of([&] { (void)make_world(rig.model, options); }); };
   EXPECT_EQ(world({.mass = 0}), "world.mass: got 0, expected a finite number > 0");
   EXPECT_EQ(world({.pushes = {{.object = 2, .duration = 1}}}), "world.push.object: got 2, expected the index of an object");
@@ -795,7 +795,7 @@ TEST(RunSpeed, FollowsFromFrictionAndSizeAndTheFileOfTheRobot) {
 }
 
 TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {
-  Rig rig;
+  BoxRun rig;
   ObjectWatch still(*rig.model, rig.problem.goal, 0.1, 0.05), moving(*rig.model, rig.problem.goal, 0.1, 0.1);
   VectorXd q = rig.problem.q_start;
   for (int k = 0; k <= 10; ++k) {
@@ -810,7 +810,7 @@ TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {
 
 /// What is too slow to be seen in a short window, or hidden by noise, is seen in a long one.
 TEST(ObjectWatch, SpeedThatMattersIsLookedForInLongerWindows) {
-  Rig rig;
+  BoxRun rig;
   const double tolerance = rig.problem.goal.tol_position;
   for (const double speed : {0.0, 0.5, 2.0}) {  // tolerances in a second
     ObjectWatch watch(*rig.model, rig.problem.goal, 0.1, 0.05);
@@ -827,7 +827,7 @@ TEST(ObjectWatch, SpeedThatMattersIsLookedForInLongerWindows) {
 }
 
 TEST(ObjectWatch, ObjectThatCameToRest_IsWhereItRestsAndNotWhereItCameThrough) {
-  Rig rig;
+  BoxRun rig;
   ObjectWatch watch(*rig.model, rig.problem.goal, 0.2, 0.05);
   VectorXd q = rig.problem.q_start;
   for (int k = 0; k <= 15; ++k) {
@@ -841,7 +841,7 @@ TEST(ObjectWatch, ObjectThatCameToRest_IsWhereItRestsAndNotWhereItCameThrough) {
 }
 
 TEST(ShareOffPath, LaggingObject_IsOnThePathAndOneAsideIsNot) {
-  Rig rig;
+  BoxRun rig;
   const execution::Trajectory path = execution::make_trajectory(*rig.model, planning::test::push_up(rig.model), execution::SpeedLimits{});
   const double end = path.duration();
   VectorXd q(5);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "execution/touch_options.hpp"
 #include "stiction/contact/contact.hpp"
 #include "stiction/execution/touch/joint_path.hpp"
 #include "stiction/tasks/touch_scenario_file.hpp"
@@ -27,12 +28,6 @@ using stiction::test::source_dir;
 using tasks::load_touch_scenario;
 
 TouchScenario pillar() { return load_touch_scenario(source_dir() / "scenarios" / "reach_past_pillar.yaml"); }
-
-TouchRunOptions with_seed(std::uint64_t seed) {
-  TouchRunOptions out;
-  out.seed = seed;
-  return out;
-}
 
 /// Centre of the hand at a posture.
 Vector3d hand(const world::Model& model, const VectorXd& q_a) {

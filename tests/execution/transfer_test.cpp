@@ -78,8 +78,8 @@ TEST(Measure, GrowingError_IsAveragedOverTimeNotOverSamples) {
 
 // ---- the run
 
-struct Rig {
-  explicit Rig(double rest_time = 0.05) {
+struct BoxTransfer {
+  explicit BoxTransfer(double rest_time = 0.05) {
     simulation::PlantOptions plant_options;
     plant_options.rest_time = rest_time;
     plant = simulation::Plant::make(model, plant_options);
@@ -98,7 +98,7 @@ struct Rig {
 /// Pushed through its centre the box goes where the plan says, once what brings it to rest has worn off: its damping D = M/τ = 100 N s/m is that of
 /// a spring-damper of time constant D/K = 1 s. Lag at constant speed: D v / K = 50 mm.
 TEST(Transfer, StraightPush_ReachesTheGoalWithTheLagOfTheDamping) {
-  Rig rig;
+  BoxTransfer rig;
   TransferResult r;
   ASSERT_EQ(rig.run(r), Status::Solved) << r.message;
   EXPECT_TRUE(r.reached);
@@ -114,7 +114,7 @@ TEST(Transfer, StraightPush_ReachesTheGoalWithTheLagOfTheDamping) {
 
 /// The box lies 1 cm aside and turned, or where the hand is: then it begins beside the hand.
 TEST(Transfer, StartError_MovesTheObjectAndNothingOverlaps) {
-  Rig rig;
+  BoxTransfer rig;
   rig.options.alone = false;
   rig.options.hold = 0;
   rig.options.start_error = Eigen::Vector3d(0.01, 0.003, 0.02);
@@ -131,7 +131,7 @@ TEST(Transfer, StartError_MovesTheObjectAndNothingOverlaps) {
 }
 
 TEST(Transfer, SlowerRun_HasLessLag) {
-  Rig rig;
+  BoxTransfer rig;
   TransferResult fast, slow;
   ASSERT_EQ(rig.run(fast), Status::Solved);
   rig.options.uniform->prismatic = 0.0125;
@@ -143,7 +143,7 @@ TEST(Transfer, SlowerRun_HasLessLag) {
 }
 
 TEST(Transfer, SameInput_SameBitsForAnyNumberOfThreads) {
-  Rig rig;
+  BoxTransfer rig;
   rig.options.hold = 0.1;
   TransferResult a, b;
   rig.options.threads = 1;
@@ -156,7 +156,7 @@ TEST(Transfer, SameInput_SameBitsForAnyNumberOfThreads) {
 }
 
 TEST(Transfer, PiecesAlone_NeedNoWholeRun) {
-  Rig rig;
+  BoxTransfer rig;
   TransferResult both, alone;
   ASSERT_EQ(rig.run(both), Status::Solved);
   rig.options.whole = false;
@@ -169,7 +169,7 @@ TEST(Transfer, PiecesAlone_NeedNoWholeRun) {
 }
 
 TEST(Transfer, StoppedRuns_KeepWhatTheyHave) {
-  Rig rig;
+  BoxTransfer rig;
   TransferResult r;
   const std::atomic<bool> cancel{true};
   rig.control.cancel = &cancel;
@@ -255,7 +255,7 @@ TEST(Transfer, ObjectThatComesDownSoonerThanPlanned_IsNotDropped) {
 }
 
 TEST(Transfer, BadOptions_NameTheField) {
-  Rig rig;
+  BoxTransfer rig;
   TransferResult r;
   rig.options.hold = -1;
   EXPECT_NE(message_of([&] { (void)rig.run(r); }).find("hold"), std::string::npos);

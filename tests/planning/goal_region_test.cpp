@@ -10,8 +10,6 @@ namespace {
 
 using core::Status;
 
-constexpr double kAny = std::numeric_limits<double>::infinity();
-
 TEST(GoalRegion, AngleOnly_IsReachedSoonerAndPositionMayBeAny) {
   PlanningProblem whole = hand_problem(), angle = whole;
   angle.goal.region = GoalRegion{Eigen::Vector3d(-kAny, -kAny, 1.5), Eigen::Vector3d(kAny, kAny, 1.5)};

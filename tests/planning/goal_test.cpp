@@ -1,4 +1,3 @@
-#include <limits>
 #include <numbers>
 
 #include <Eigen/SVD>
@@ -9,8 +8,6 @@
 
 namespace stiction::planning::test {
 namespace {
-
-constexpr double kAny = std::numeric_limits<double>::infinity();
 
 Eigen::Quaterniond rotation(double roll, double pitch, double yaw) {
   using Eigen::AngleAxisd;

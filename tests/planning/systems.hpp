@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -12,6 +13,8 @@
 #include "world/allegro.hpp"
 
 namespace stiction::planning::test {
+
+inline constexpr double kAny = std::numeric_limits<double>::infinity();  // bounds of a region without an end
 
 inline std::shared_ptr<const world::Model> load_model(const std::string& task) {
   return world::Model::make(world::load_scene(stiction::test::source_dir() / "tasks" / (task + ".yaml")));

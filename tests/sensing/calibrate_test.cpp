@@ -30,7 +30,7 @@ MatrixXd true_noise() {
 }
 
 /// Rows of several records, each with an offset of its own.
-RestRows make_rows(core::Random& random, int records, int rows, double between) {
+RestRows make_rest_rows(core::Random& random, int records, int rows, double between) {
   RestRows out;
   const MatrixXd L = true_noise().llt().matrixL();
   out.q = MatrixXd::Constant(kJoints, records * rows, 0.3);
@@ -49,7 +49,7 @@ RestRows make_rows(core::Random& random, int records, int rows, double between) 
 TEST(Calibrate, LongRecord_FindsOffsetAndCovariance) {
   core::Random random(1, 0);
   const auto model = make_arm(kIiwa);
-  const Calibration c = calibrate(*model, make_rows(random, 1, 4000, 0));
+  const Calibration c = calibrate(*model, make_rest_rows(random, 1, 4000, 0));
   const VectorXd deviation = true_noise().diagonal().cwiseSqrt();
   for (int j = 0; j < kJoints; ++j) {
     EXPECT_NEAR(c.rest[j], 0.2, 5 * deviation[j] / std::sqrt(4000.0));
@@ -65,7 +65,7 @@ TEST(Calibrate, LongRecord_FindsOffsetAndCovariance) {
 TEST(Calibrate, OffsetOfAnotherRecord_IsWorseByItsSpread) {
   core::Random random(2, 0);
   const auto model = make_arm(kIiwa);
-  const Calibration c = calibrate(*model, make_rows(random, 300, 20, 0.1));
+  const Calibration c = calibrate(*model, make_rest_rows(random, 300, 20, 0.1));
   for (int j = 0; j < kJoints; ++j) {
     const double expected = true_noise()(j, j) + 2 * 0.01;
     EXPECT_NEAR(c.noise_between(j, j), expected, 0.25 * expected);
@@ -76,7 +76,7 @@ TEST(Calibrate, OffsetOfAnotherRecord_IsWorseByItsSpread) {
 TEST(Calibrate, RandomWalk_IsADrift) {
   core::Random random(3, 0);
   const auto model = make_arm(kIiwa);
-  RestRows rows = make_rows(random, 60, 40, 0);
+  RestRows rows = make_rest_rows(random, 60, 40, 0);
   for (int r = 0; r < 60; ++r) {
     double walk = 0;
     for (int i = 0; i < 40; ++i) {
@@ -93,7 +93,7 @@ TEST(Calibrate, RandomWalk_IsADrift) {
 TEST(Calibrate, FewRows_GiveAMatrixThatCanBeInverted) {
   core::Random random(4, 0);
   const auto model = make_arm(kIiwa);
-  const Calibration c = calibrate(*model, make_rows(random, 1, 3, 0));
+  const Calibration c = calibrate(*model, make_rest_rows(random, 1, 3, 0));
   EXPECT_EQ(Eigen::LLT<MatrixXd>(c.noise).info(), Eigen::Success);
   ASSERT_FALSE(c.notes.empty());
   EXPECT_NE(c.notes[0].find("known from 2 differences only"), std::string::npos);
@@ -102,7 +102,7 @@ TEST(Calibrate, FewRows_GiveAMatrixThatCanBeInverted) {
 TEST(Calibrate, RowsInWhichSomethingTouches_AreLeftOutAndSaid) {
   core::Random random(5, 0);
   const auto model = make_arm(kIiwa);
-  RestRows rows = make_rows(random, 1, 60, 0);
+  RestRows rows = make_rest_rows(random, 1, 60, 0);
   rows.tau.col(17)[1] += 3;
   rows.tau.col(18)[1] += 3;
   const Calibration c = calibrate(*model, rows);
@@ -162,7 +162,7 @@ TEST(Calibrate, TouchesThatLeaveNothing_HaveNoHysteresis) {
   core::Random random(12, 0);
   const auto model = make_arm(kIiwa);
   EXPECT_LT(calibrate(*model, make_touched_rows(random, 200, 0)).hysteresis.share, 0.006);
-  EXPECT_EQ(calibrate(*model, make_rows(random, 1, 9, 0)).hysteresis.freedom, 0);
+  EXPECT_EQ(calibrate(*model, make_rest_rows(random, 1, 9, 0)).hysteresis.freedom, 0);
 }
 
 /// Few records, of others alone: 4 deviations of a normal number are passed far too often, Student's bound is not.
@@ -191,14 +191,14 @@ TEST(Calibrate, RowsThatSayNothing_AreRefusedByWhatTheyLack) {
   core::Random random(6, 0);
   const auto model = make_arm(kIiwa);
   const auto refusal = [&](const RestRows& rows) { return message_of([&] { (void)calibrate(*model, rows); }); };
-  EXPECT_NE(refusal(make_rows(random, 1, 1, 0)).find("one row alone gives a rest, and says nothing of noise"), std::string::npos);
-  EXPECT_NE(refusal(make_rows(random, 5, 1, 0)).find("5 rows at rest, one of each record"), std::string::npos);
-  RestRows frozen = make_rows(random, 1, 9, 0);
+  EXPECT_NE(refusal(make_rest_rows(random, 1, 1, 0)).find("one row alone gives a rest, and says nothing of noise"), std::string::npos);
+  EXPECT_NE(refusal(make_rest_rows(random, 5, 1, 0)).find("5 rows at rest, one of each record"), std::string::npos);
+  RestRows frozen = make_rest_rows(random, 1, 9, 0);
   frozen.tau.row(3).setConstant(1);
   EXPECT_NE(refusal(frozen).find("the same torque of joint 'arm/"), std::string::npos) << refusal(frozen);
   frozen.measured = {0, 1, 2, 4, 5, 6};
   EXPECT_EQ(calibrate(*model, frozen).noise(3, 3), 1);
-  RestRows missing = make_rows(random, 1, 9, 0);
+  RestRows missing = make_rest_rows(random, 1, 9, 0);
   missing.tau(2, 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(refusal(missing).find("tau"), std::string::npos);
   EXPECT_NE(refusal({}).find("no row at rest"), std::string::npos);

@@ -20,7 +20,7 @@ std::shared_ptr<const Sensor> ur5() {
   return sensor;
 }
 
-ContactRows make_rows(const KnownCases& c) {
+ContactRows make_contact_rows(const KnownCases& c) {
   world::KinematicsWorkspace work(ur5()->model());
   world::Kinematics kinematics;
   world::calc_kinematics(ur5()->model(), c.q, work, kinematics);
@@ -45,7 +45,7 @@ TEST(ContactTracker, SecondContact_IsFoundInSomeCallsBesideTheFirst) {
   for (int trial = 0; trial < kCases; ++trial) {
     const std::array links{2, 5};
     const KnownCases c = make_random_cases(*ur5(), links, cone, kForce, 2, random);
-    const ContactRows rows = make_rows(c);
+    const ContactRows rows = make_contact_rows(c);
     const ContactSet parent = make_parent(c);
     const double enough = std::max(1e-4 * rows.tau.squaredNorm(), calc_noise_bound(kNoise, rows.tau.size()));
     ContactTracker tracker(ur5(), 2, options);
@@ -79,7 +79,7 @@ TEST(ContactTracker, TorquesThatChange_AreFollowed) {
   core::Random random(12, 0);
   const std::array links{1, 5};
   const KnownCases c = make_random_cases(*ur5(), links, FrictionCone(1, 4), kForce, 2, random);
-  ContactRows rows = make_rows(c);
+  ContactRows rows = make_contact_rows(c);
   const ContactSet parent = make_parent(c);
   const Eigen::VectorXd tau = rows.tau;
   const double rho = kNoise * kNoise / (4 * kForce * kForce), enough = 1e-4 * tau.squaredNorm();

@@ -14,11 +14,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using stiction::test::message_of;
 
-constexpr int kJoints = 7;
+constexpr int kArmJoints = 7;
 constexpr double kStep = 0.005;
 
 MatrixXd noise_of_an_arm() {
-  VectorXd deviation(kJoints);
+  VectorXd deviation(kArmJoints);
   deviation << 0.06, 0.05, 0.04, 0.06, 0.007, 0.007, 0.002;
   return deviation.array().square().matrix().asDiagonal();
 }
@@ -40,16 +40,16 @@ TEST(OnsetBound, OneNumber_IsThatOfADirectCount) {
 TEST(TouchOnset, FalseAlarms_AreAsManyAsStated) {
   core::Random random(2, 0);
   const double rate = 1e-3;
-  const VectorXd drift = VectorXd::Constant(kJoints, 0.02);
-  TouchOnset onset(VectorXd::Zero(kJoints), {.noise = noise_of_an_arm(), .drift = drift, .false_alarms = rate, .quiet = 1});
+  const VectorXd drift = VectorXd::Constant(kArmJoints, 0.02);
+  TouchOnset onset(VectorXd::Zero(kArmJoints), {.noise = noise_of_an_arm(), .drift = drift, .false_alarms = rate, .quiet = 1});
   const VectorXd deviation = noise_of_an_arm().diagonal().cwiseSqrt();
-  VectorXd offset = VectorXd::Zero(kJoints);
+  VectorXd offset = VectorXd::Zero(kArmJoints);
   int alarms = 0;
   bool before = false;
   constexpr int kRows = 150000;
   for (int i = 0; i < kRows; ++i) {
-    offset += std::sqrt(kStep) * drift.cwiseProduct(random_matrix(random, kJoints, 1).col(0));
-    const bool now = onset.update(offset + deviation.cwiseProduct(random_matrix(random, kJoints, 1).col(0)), kStep);
+    offset += std::sqrt(kStep) * drift.cwiseProduct(random_matrix(random, kArmJoints, 1).col(0));
+    const bool now = onset.update(offset + deviation.cwiseProduct(random_matrix(random, kArmJoints, 1).col(0)), kStep);
     alarms += now && !before;
     before = now;
   }
@@ -59,12 +59,13 @@ TEST(TouchOnset, FalseAlarms_AreAsManyAsStated) {
 
 TEST(TouchOnset, Touch_IsFoundAtOnceAndItsMeanGrowsSharper) {
   core::Random random(3, 0);
-  const VectorXd deviation = noise_of_an_arm().diagonal().cwiseSqrt(), rest = VectorXd::Constant(kJoints, 0.3);
-  VectorXd touch = VectorXd::Zero(kJoints);
+  const VectorXd deviation = noise_of_an_arm().diagonal().cwiseSqrt(), rest = VectorXd::Constant(kArmJoints, 0.3);
+  VectorXd touch = VectorXd::Zero(kArmJoints);
   touch[1] = 0.3;
-  TouchOnset onset(rest, {.noise = noise_of_an_arm(), .drift = VectorXd::Constant(kJoints, 0.001)});
+  TouchOnset onset(rest, {.noise = noise_of_an_arm(), .drift = VectorXd::Constant(kArmJoints, 0.001)});
   const auto row = [&](bool touched) {
-    return VectorXd(rest + (touched ? touch : VectorXd::Zero(kJoints)) + deviation.cwiseProduct(random_matrix(random, kJoints, 1).col(0)));
+    return VectorXd(rest + (touched ? touch : VectorXd::Zero(kArmJoints)) +
+                    deviation.cwiseProduct(random_matrix(random, kArmJoints, 1).col(0)));
   };
   for (int i = 0; i < 400; ++i) ASSERT_FALSE(onset.update(row(false), kStep)) << i;
   int found = 0;
@@ -87,12 +88,12 @@ double count_after_touches(double hysteresis, std::uint64_t seed) {
   const VectorXd deviation = noise_of_an_arm().diagonal().cwiseSqrt();
   constexpr double kShare = 0.03;
   int touched = 0, all = 0;
-  TouchOnset onset(VectorXd::Zero(kJoints), {.noise = noise_of_an_arm(), .hysteresis = hysteresis, .rest_rows = 20});
+  TouchOnset onset(VectorXd::Zero(kArmJoints), {.noise = noise_of_an_arm(), .hysteresis = hysteresis, .rest_rows = 20});
   for (int touch = 0; touch < 20; ++touch) {
-    const VectorXd size = 2 * random_matrix(random, kJoints, 1),
-                   left = kShare * size.cwiseProduct(random_matrix(random, kJoints, 1).col(0));
+    const VectorXd size = 2 * random_matrix(random, kArmJoints, 1),
+                   left = kShare * size.cwiseProduct(random_matrix(random, kArmJoints, 1).col(0));
     const auto row = [&](double load, double remains) {
-      return onset.update(load * size + remains * left + deviation.cwiseProduct(random_matrix(random, kJoints, 1).col(0)), kStep);
+      return onset.update(load * size + remains * left + deviation.cwiseProduct(random_matrix(random, kArmJoints, 1).col(0)), kStep);
     };
     for (int i = 0; i < 60; ++i) row(1, 0);
     EXPECT_TRUE(onset.touches());

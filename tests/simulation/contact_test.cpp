@@ -9,8 +9,6 @@ using core::Status;
 using Eigen::Vector3d;
 using world::ObjectJoint;
 
-constexpr double kG = 9.81;
-
 /// A flat block on a slope of friction μ whose angle has the tangent `ratio` μ. The axes of W lie along the slope: z normal, x downhill.
 struct Slope {
   static constexpr double kMass = 0.5;

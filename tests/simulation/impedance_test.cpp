@@ -29,14 +29,14 @@ DrivenPlant drive(std::shared_ptr<const world::Model> model, const ImpedanceOpti
   return DrivenPlant(Plant::make(std::move(model), plant), options);
 }
 
-VectorXd posture() { return (VectorXd(7) << 0, 0, 0, -1.70, 0, 1.0, 0).finished(); }
+VectorXd bent_posture() { return (VectorXd(7) << 0, 0, 0, -1.70, 0, 1.0, 0).finished(); }
 
 /// K (q_end − q_0) = Jᵀ f after one second under a dead load.
 TEST(Impedance, StaticLoad_IsBorneByTheSprings) {
   for (const double period : {2e-4, 1e-3}) {
     const auto model = arm(-10);
     DrivenPlant plant = drive(model, {.period = period});
-    const VectorXd q0 = posture();
+    const VectorXd q0 = bent_posture();
     int link_7 = -1;
     for (std::size_t b = 0; b < model->bodies().size(); ++b)
       if (model->bodies()[b].name == "arm/link_7") link_7 = static_cast<int>(b);
@@ -71,27 +71,27 @@ TEST(DrivenPlant, WrenchAtTheBase_IsThatOfThePush) {
   const auto body = std::find_if(model->bodies().begin(), model->bodies().end(), [](const auto& b) { return b.name == "arm/link_6"; });
   const int link = static_cast<int>(body - model->bodies().begin());
   const Vector3d force(3, -7, -20), p_BP(0.02, 0, 0.05);
-  plant.reset(posture());
+  plant.reset(bent_posture());
   plant.set_push({.body = link, .p_BP = p_BP, .force_W = force});
-  ASSERT_EQ(plant.advance(posture(), 2e-4), Status::Solved);
+  ASSERT_EQ(plant.advance(bent_posture(), 2e-4), Status::Solved);
   EXPECT_LT((plant.base_wrench().head<3>() - 2e-4 / (0.01 + 2e-4) * force).norm(), 1e-9);
-  ASSERT_EQ(plant.advance(posture(), 3.0), Status::Solved);
+  ASSERT_EQ(plant.advance(bent_posture(), 3.0), Status::Solved);
   world::KinematicsWorkspace work(*model);
   world::Kinematics kinematics;
   world::calc_kinematics(*model, plant.q(), work, kinematics);
   EXPECT_LT((plant.base_wrench().head<3>() - force).norm(), 1e-9);
   EXPECT_LT((plant.base_wrench().tail<3>() - (kinematics.X_WB[static_cast<std::size_t>(link)] * p_BP).cross(force)).norm(), 1e-4);
   plant.set_push({});
-  ASSERT_EQ(plant.advance(posture(), 1.0), Status::Solved);
+  ASSERT_EQ(plant.advance(bent_posture(), 1.0), Status::Solved);
   EXPECT_LT(plant.base_wrench().norm(), 1e-6);
 }
 
 /// Gravity is compensated: without a load the arm stays where it is told to be.
 TEST(Impedance, NoLoad_StaysAtTheCommand) {
   DrivenPlant plant = drive(arm(-9.81));
-  plant.reset(posture());
-  ASSERT_EQ(plant.advance(posture(), 1.0), Status::Solved);
-  EXPECT_LT((plant.q() - posture()).cwiseAbs().maxCoeff(), 1e-9);
+  plant.reset(bent_posture());
+  ASSERT_EQ(plant.advance(bent_posture(), 1.0), Status::Solved);
+  EXPECT_LT((plant.q() - bent_posture()).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_NEAR(plant.time(), 1.0, 1e-12);
 }
 
@@ -139,8 +139,8 @@ TEST(DrivenPlant, SameCommands_GiveTheSameBits) {
   VectorXd ends[2];
   DrivenPlant plant = drive(model);
   for (VectorXd& end : ends) {
-    plant.reset(posture());
-    VectorXd command = posture();
+    plant.reset(bent_posture());
+    VectorXd command = bent_posture();
     for (int k = 0; k < 50; ++k) {
       command.array() += 1e-3;
       ASSERT_EQ(plant.advance(command, 0.005), Status::Solved);

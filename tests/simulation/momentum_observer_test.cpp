@@ -22,15 +22,15 @@ DrivenPlant arm(const ObserverOptions& observer) {
   return DrivenPlant(Plant::make(world::Model::make(scene), plant), {}, observer);
 }
 
-VectorXd posture() { return (VectorXd(7) << 0.3, 0.4, -0.2, -1.70, 0.1, 1.0, 0).finished(); }
+VectorXd turned_posture() { return (VectorXd(7) << 0.3, 0.4, -0.2, -1.70, 0.1, 1.0, 0).finished(); }
 
 /// r of a moving arm is the first-order low-pass of what acts on it; MuJoCo's own sum of forces is the oracle.
 TEST(MomentumObserver, PushedArmThatMoves_IsTheLowPassOfTheExternalTorque) {
   const ObserverOptions options{.time_constant = 0.02, .noise = 0};
   DrivenPlant plant = arm(options);
-  plant.reset(posture());
+  plant.reset(turned_posture());
   constexpr double h = 2e-4;
-  VectorXd want = VectorXd::Zero(7), command = posture();
+  VectorXd want = VectorXd::Zero(7), command = turned_posture();
   const int last = static_cast<int>(plant.plant().model().bodies().size()) - 1;
   plant.set_push({.body = last, .force_W = {10, -20, 15}});
   double largest = 0, speed = 0;
@@ -122,8 +122,8 @@ TEST(MomentumObserver, Drift_GrowsWithTheRootOfTime) {
 TEST(MomentumObserver, NothingActs_ShowsWeightOfWrongMassesAndBias) {
   const auto rest = [](const ObserverOptions& options) {
     DrivenPlant plant = arm(options);
-    plant.reset(posture());
-    EXPECT_EQ(plant.advance(posture(), 0.2), Status::Solved);
+    plant.reset(turned_posture());
+    EXPECT_EQ(plant.advance(turned_posture(), 0.2), Status::Solved);
     return plant.observed();
   };
   EXPECT_LT(rest({.noise = 0}).cwiseAbs().maxCoeff(), 1e-9);
@@ -133,7 +133,7 @@ TEST(MomentumObserver, NothingActs_ShowsWeightOfWrongMassesAndBias) {
   EXPECT_LT(bias.norm(), 0.3 * 5);
 }
 
-/// Offsets of many sensors: as large on the average in every posture, alike where postures are, independent far away.
+/// Offsets of many sensors: as large on the average in every turned_posture, alike where postures are, independent far away.
 TEST(MomentumObserver, OffsetsThatDependOnPosture_ChangeOverTheirReach) {
   constexpr double kBias = 1.5, kReach = 0.5;
   double at_0 = 0, at_far = 0, near = 0, far = 0;

@@ -14,6 +14,8 @@ namespace stiction::simulation::test {
 using world::test::load_task;
 using world::test::source_dir;
 
+inline constexpr double kG = 9.81;
+
 inline world::Scene empty_scene(const Eigen::Vector3d& gravity) {
   world::Scene scene;
   scene.name = "test";

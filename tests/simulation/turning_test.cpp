@@ -18,7 +18,7 @@ using core::Status;
 using Eigen::Vector3d;
 using world::ObjectJoint;
 
-constexpr double kG = 9.81, kMu = 0.6;
+constexpr double kMu = 0.6;
 constexpr double kScales[] = {0.005, 0.04, 0.5};  // radii [m]
 
 /// Something round on a floor whose surface has the rule.

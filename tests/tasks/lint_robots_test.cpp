@@ -13,7 +13,7 @@
 namespace stiction::tasks {
 namespace {
 
-constexpr const char* kTask = R"(
+constexpr const char* kTaskOfRobots = R"(
 scene:
   robots: [{name: slides, urdf: slides.urdf, stiffness: 800}]
   objects: [{name: block, joint: free, mass: 0.4, shapes: [{box: {size: [0.08, 0.08, 0.08]}}]}]
@@ -36,7 +36,7 @@ class LintRobots : public testing::Test {
         << "</joint><joint name='b' type='prismatic'><parent link='carriage'/><child link='ball'/><axis xyz='0 1 0'/>" << range
         << "</joint><joint name='c' type='fixed'><parent link='ball'/><child link='tool'/></joint></robot>";
     std::vector<Finding> out;
-    lint_robots(parse_task(kTask, folder_.path()), out);
+    lint_robots(parse_task(kTaskOfRobots, folder_.path()), out);
     return out;
   }
 

@@ -61,7 +61,7 @@ std::string all(const std::vector<Finding>& findings) {
   return out;
 }
 
-struct Mistake {
+struct SceneMistake {
   const char *from, *to, *kind, *part;
 };
 
@@ -77,7 +77,7 @@ TEST_F(Lint, WorksOnWithoutTheFilesOfTheTask) {
 TEST_F(Lint, TaskWithoutMistakes_HasNothingToSay) { EXPECT_EQ(all(lint(task("0.4", "0.4"))), ""); }
 
 TEST_F(Lint, Mistakes_AreNamedWithWhatAndHowMuch) {
-  const std::vector<Mistake> mistakes = {
+  const std::vector<SceneMistake> mistakes = {
       {"position: [0, 0, 0.04]", "position: [0, 0, 0.02]", "overlap", "'block/box_0' and 'ground/half_space_0' overlap by 20 mm"},
       {"position: [0, 0, 0.04]", "position: [0, 0, 0.04], rpy: [0, 0.3, 0]", "overlap", "'ground/half_space_0' overlap by"},
       {"joints: [-0.1, 0, 0.04]", "joints: [0, 0, 0.04]", "overlap", "'block/box_0' and 'slides/ball/sphere_0' overlap by 55 mm"},

@@ -11,8 +11,6 @@ namespace {
 
 using stiction::test::message_of;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 class Effort : public testing::Test {
  protected:
   std::filesystem::path write(const std::string& name, const std::string& text) const {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <limits>
 
 #include "stiction/world/joint_motor.hpp"
 #include "support/message_of.hpp"
@@ -15,8 +14,6 @@ namespace stiction::world::test {
 namespace {
 
 using stiction::test::message_of;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class JointFriction : public testing::Test {
  protected:

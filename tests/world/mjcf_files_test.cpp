@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kBall = R"(<worldbody><body name="b"><joint name="j"/><geom size=".1"/></body></worldbody>)";
 
-bool has_note(const fs::path& file, const std::string& part) {
+bool file_has_note(const fs::path& file, const std::string& part) {
   const auto notes = read_mjcf(file).robot.notes;
   return std::any_of(notes.begin(), notes.end(), [&](const auto& note) { return note.find(part) != std::string::npos; });
 }
@@ -42,8 +42,8 @@ TEST(MjcfFiles, MeshesOfAnAttachedFile_AreFoundInItsOwnFolder) {
       R"(<asset><model name="g" file="sub/gripper.xml"/></asset><worldbody><body name="base"><joint name="j" type="slide"/><geom size=".1"/>
          <attach model="g" body="hand" prefix="g_"/></body></worldbody>)");
   const Owned<mjModel> m = load_mujoco(file);
-  EXPECT_FALSE(has_note(file, "missing"));
-  EXPECT_FALSE(has_note(file, "angles")) << "the attached file states that its angles are radians";
+  EXPECT_FALSE(file_has_note(file, "missing"));
+  EXPECT_FALSE(file_has_note(file, "angles")) << "the attached file states that its angles are radians";
   const RobotTree robot = read_mjcf(file).robot;
   EXPECT_EQ(robot.links.back().name, "g_hand");
   EXPECT_DOUBLE_EQ(robot.links.back().inertia->mass, m->body_mass[m->nbody - 1]);
@@ -54,7 +54,7 @@ TEST(MjcfFiles, PathsThatTheFileStrips_AreNotMissing) {
   const fs::path file = write_mjcf(R"(<compiler meshdir="assets" strippath="true"/><asset><mesh name="m" file="C:\cad/link.obj"/></asset>
     <worldbody><body><joint/><geom type="mesh" mesh="m" contype="0" conaffinity="0"/><geom size=".1"/></body></worldbody>)");
   (void)load_mujoco(file);
-  EXPECT_FALSE(has_note(file, "missing"));
+  EXPECT_FALSE(file_has_note(file, "missing"));
 }
 
 TEST(MjcfFiles, IncludedFileOfTheSameName_IsAnotherFile) {
@@ -83,7 +83,7 @@ TEST(MjcfFiles, AnglesOfFilesWithoutAUnit_AreNamedByTheJointsOfThoseFilesOnly) {
   const fs::path file = write_mjcf(
       R"(<compiler angle="radian"/><asset><model name="g" file="gripper.xml"/></asset><worldbody><body name="base">
          <attach model="g" body="hand" prefix="g_"/><joint name="own" range="-1 1"/><geom size=".1"/></body></worldbody>)");
-  EXPECT_TRUE(has_note(file, "in degrees: g_w [-0.1, 0.1];"));
+  EXPECT_TRUE(file_has_note(file, "in degrees: g_w [-0.1, 0.1];"));
 }
 
 TEST(MjcfFiles, BodyOfNoMass_WeighsNothing) {

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 fs::path data(const std::string& name) { return source_dir() / "tests/world/data" / name; }
 
-std::string refused(const std::string& content) {
+std::string refused_mjcf(const std::string& content) {
   const std::string message = message_of_file(write_mjcf(content));
   const auto at = message.find("mjcf: ");
   return at == std::string::npos ? message : message.substr(at);
@@ -93,13 +93,13 @@ TEST(Mjcf, SceneFile_MayReplaceStiffnessAndFrictionAndFilter) {
 
 TEST(Mjcf, WhatIsNotSupported_IsListedInOneMessage) {
   EXPECT_EQ(
-      refused(
+      refused_mjcf(
           R"(<asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody><geom name="g" type="hfield" hfield="h"/><body name="b" mocap="true"><body><joint/><geom size="1"/></body></body></worldbody>)"),
       "mjcf: got 2 unsupported elements: body 'b' (a mocap body that carries joints); geom 'g' (a height field), expected "
       "hinge, "
       "slide, ball and free joints; sphere, capsule, box, cylinder, ellipsoid, plane and mesh geoms");
   EXPECT_NE(
-      refused(
+      refused_mjcf(
           R"(<worldbody><body name="b"><freejoint/><geom size="1"/><body name="arm"><joint/><geom size="1"/></body></body></worldbody>)")
           .find("body 'arm' (a joint on a body with a free joint; fixed_base: true makes that stand still)"),
       std::string::npos);
@@ -241,9 +241,10 @@ TEST(Mjcf, MeshesOfLinks_LoseCornersAndThoseOfObjectsKeepThem) {
 
 TEST(Mjcf, FilesThatMujocoRefuses_AreNamedWithItsReason) {
   EXPECT_EQ(message_of_file("nowhere.xml"), "nowhere.xml: mjcf: got a file that does not exist, expected an MJCF file");
-  EXPECT_NE(refused("<worldbody><bodi/></worldbody>").find("bodi"), std::string::npos) << refused("<worldbody><bodi/></worldbody>");
-  EXPECT_NE(refused(R"(<worldbody><body><joint/></body></worldbody>)").find("mass and inertia"), std::string::npos);
-  EXPECT_NE(refused(R"(<worldbody><geom type="mesh" mesh="no"/></worldbody>)").find("no"), std::string::npos);
+  EXPECT_NE(refused_mjcf("<worldbody><bodi/></worldbody>").find("bodi"), std::string::npos)
+      << refused_mjcf("<worldbody><bodi/></worldbody>");
+  EXPECT_NE(refused_mjcf(R"(<worldbody><body><joint/></body></worldbody>)").find("mass and inertia"), std::string::npos);
+  EXPECT_NE(refused_mjcf(R"(<worldbody><geom type="mesh" mesh="no"/></worldbody>)").find("no"), std::string::npos);
   EXPECT_FALSE(fs::exists("MUJOCO_LOG.TXT"));
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kArm = R"(<robot name="arm">
+constexpr const char* kElbow = R"(<robot name="arm">
   <link name="base"/>
   <link name="tip"><collision><geometry><mesh filename="meshes/tip.obj"/></geometry></collision></link>
   <joint name="elbow" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
@@ -23,7 +23,7 @@ constexpr const char* kArm = R"(<robot name="arm">
 </robot>
 )";
 
-constexpr const char* kArmMjcf = R"(<mujoco model="arm"><compiler meshdir="meshes"/>
+constexpr const char* kElbowMjcf = R"(<mujoco model="arm"><compiler meshdir="meshes"/>
   <include file="assets.xml"/>
   <worldbody><body name="tip"><joint name="elbow" axis="0 0 1" range="-57 57"/><geom type="mesh" mesh="tip"/></body></worldbody>
 </mujoco>
@@ -35,8 +35,8 @@ class RobotText : public testing::Test {
     fs::create_directories(dir_ / "meshes");
     write("meshes/tip.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
     write("assets.xml", "<mujoco><asset><mesh name='tip' file='tip.obj'/></asset></mujoco>");
-    write("arm.urdf", kArm);
-    write("arm.xml", kArmMjcf);
+    write("arm.urdf", kElbow);
+    write("arm.xml", kElbowMjcf);
   }
 
   void write(const std::string& name, const std::string& text) const { std::ofstream(dir_ / name, std::ios::binary) << text; }
@@ -65,7 +65,7 @@ class RobotText : public testing::Test {
 };
 
 TEST_F(RobotText, IsTheRobotOfTheFile) {
-  for (const auto& [key, text, file] : {std::tuple{"urdf", kArm, "arm.urdf"}, std::tuple{"mjcf", kArmMjcf, "arm.xml"}}) {
+  for (const auto& [key, text, file] : {std::tuple{"urdf", kElbow, "arm.urdf"}, std::tuple{"mjcf", kElbowMjcf, "arm.xml"}}) {
     const auto of_text = make(key, text), of_file = make(key, file);
     ASSERT_EQ(of_text->n_a(), 1) << key;
     EXPECT_EQ(of_text->dofs()[0].name, of_file->dofs()[0].name);
@@ -75,12 +75,12 @@ TEST_F(RobotText, IsTheRobotOfTheFile) {
     EXPECT_EQ(std::get<Mesh>(of_text->geometries()[0].shape).mesh->vertices, std::get<Mesh>(of_file->geometries()[0].shape).mesh->vertices);
     EXPECT_EQ(of_text->speed_limit(), of_file->speed_limit());
   }
-  EXPECT_EQ(make("urdf", kArm)->speed_limit()[0], 2);
+  EXPECT_EQ(make("urdf", kElbow)->speed_limit()[0], 2);
 }
 
 TEST_F(RobotText, MayStandInAYamlFile) {
   std::string text = "robots:\n  - name: arm\n    urdf: |\n";
-  std::istringstream lines(kArm);
+  std::istringstream lines(kElbow);
   for (std::string line; std::getline(lines, line);) text += "      " + line + "\n";
   write("scene.yaml", text);
   const auto model = Model::make(load_scene(dir_ / "scene.yaml"));
@@ -88,7 +88,7 @@ TEST_F(RobotText, MayStandInAYamlFile) {
 }
 
 TEST_F(RobotText, PackagesAreLookedUpAsInAFile) {
-  std::string text = kArm;
+  std::string text = kElbow;
   const std::string relative = "meshes/tip.obj";
   fs::create_directories(dir_ / "pkg");
   text.replace(text.find(relative), relative.size(), "package://meshes/tip.obj");
@@ -112,7 +112,7 @@ TEST_F(RobotText, MistakesAreSaidWithTheirKeyAndLine) {
             "robots[0].urdf: text:3: urdf: got malformed XML (XML_ERROR_PARSING_ELEMENT), expected a URDF");
   EXPECT_EQ(message("urdf", "<!-- nothing -->"), "robots[0].urdf: text: urdf: got no element, expected 'robot'");
   EXPECT_EQ(
-      message("urdf", kArmMjcf),
+      message("urdf", kElbowMjcf),
       "robots[0].urdf: text:1: root element: got 'mujoco', so an MJCF, expected 'robot', the root of a URDF; an MJCF stands under the key "
       "mjcf");
   EXPECT_EQ(message("urdf", "<robot><xacro:arm/></robot>"),
@@ -128,7 +128,7 @@ TEST_F(RobotText, MistakesAreSaidWithTheirKeyAndLine) {
 }
 
 TEST_F(RobotText, LargerThanAnyRobotIsRefused) {
-  const std::string large = "<!--" + std::string(std::size_t{16} << 20, ' ') + "-->" + kArm;
+  const std::string large = "<!--" + std::string(std::size_t{16} << 20, ' ') + "-->" + kElbow;
   EXPECT_EQ(message("urdf", large),
             "robots[0].urdf: got a text of " + std::to_string(large.size()) + " bytes, expected 16777216 bytes at most, or a file");
 }

@@ -10,7 +10,7 @@ namespace stiction::world::test {
 namespace {
 
 /// Three links in a row, each of which is far from the others, and a hull at the end.
-constexpr const char* kArm = R"(<robot name="r">
+constexpr const char* kThreeJoints = R"(<robot name="r">
 <link name="base"><collision><geometry><box size=".2 .2 .2"/></geometry></collision></link>
 <link name="a"><collision><origin xyz="0 0 .4"/><geometry><box size=".1 .1 .4"/></geometry></collision></link>
 <link name="b"><collision><origin xyz="0 0 .3"/><geometry><box size=".1 .1 .4"/></geometry></collision></link>
@@ -22,7 +22,7 @@ constexpr const char* kArm = R"(<robot name="r">
 
 class SrdfFile : public testing::Test {
  protected:
-  void SetUp() override { folder_.write("r.urdf", kArm); }
+  void SetUp() override { folder_.write("r.urdf", kThreeJoints); }
 
   /// Pairs of links that may touch, as "a b", with the elements of an SRDF.
   std::set<std::string> touching(const std::string& elements) const {
@@ -78,7 +78,8 @@ TEST_F(SrdfFile, WhatIsNoSrdf_IsRefusedByName) {
   EXPECT_EQ(message("<mujoco/>"),
             "bad.srdf:1: root element: got 'mujoco', so an MJCF, expected 'robot', the root of an SRDF; an MJCF stands under the key mjcf");
   EXPECT_EQ(message("<moveit/>"), "bad.srdf:1: root element: got 'moveit', expected 'robot'");
-  EXPECT_EQ(message(kArm), "bad.srdf:2: srdf: got an element 'link', so a URDF, expected an SRDF; a URDF stands under the key urdf");
+  EXPECT_EQ(message(kThreeJoints),
+            "bad.srdf:2: srdf: got an element 'link', so a URDF, expected an SRDF; a URDF stands under the key urdf");
   EXPECT_EQ(message("<robot>\n<disable_collisions"), "bad.srdf:2: srdf: got malformed XML (XML_ERROR_PARSING_ELEMENT), expected an SRDF");
   EXPECT_EQ(message("<robot><disable_default_collisions/></robot>"),
             "bad.srdf:1: disable_default_collisions: got no attribute link, expected one");

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <string>
 
 #include "stiction/core/random.hpp"
@@ -16,6 +17,8 @@
 namespace stiction::world::test {
 
 using stiction::test::source_dir;
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline std::shared_ptr<const Model> load_task(const std::string& task) {
   const std::filesystem::path packages[] = {stiction::test::package_dir()};

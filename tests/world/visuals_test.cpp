@@ -24,7 +24,7 @@ class VisualsTest : public testing::Test {
   void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
   std::shared_ptr<const Model> model_of(const std::string& scene) const { return Model::make(parse_scene(scene, folder_)); }
 
-  test::TemporaryFolder temporary_{};
+  stiction::test::TemporaryFolder temporary_{};
   fs::path folder_ = temporary_.path();
 };
 
