@@ -61,7 +61,7 @@ function(stiction_layer name)
     set(scope PUBLIC)
     set(sources ${A_SOURCES})
     if(NOT A_ALONE STREQUAL "ALL")
-      stiction_batches(sources stiction/${name}/ ALONE ${A_ALONE} SOURCES ${A_SOURCES})
+      stiction_batches(sources ${name} stiction/${name}/ ALONE ${A_ALONE} SOURCES ${A_SOURCES})
     endif()
     add_library(stiction_${name} STATIC ${sources})
     target_link_libraries(stiction_${name} PRIVATE ${A_PRIVATE_LINK})
@@ -89,10 +89,16 @@ function(stiction_layer name)
   add_dependencies(stiction_${name} check_layer_${name})
 endfunction()
 
-# stiction_test(NAME SOURCES … LINK target… [LABELS …]) adds one GoogleTest program.
+# stiction_test(NAME SOURCES … ALONE … LINK target… [LABELS …]) adds one GoogleTest program.
+# Compiles the sources in batches, and those ALONE each by itself (unity.cmake).
 function(stiction_test name)
-  cmake_parse_arguments(A "" "" "SOURCES;LINK;LABELS" ${ARGN})
-  add_executable(${name} ${A_SOURCES})
+  cmake_parse_arguments(A "" "" "SOURCES;ALONE;LINK;LABELS" ${ARGN})
+  if(A_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "test '${name}': unknown arguments ${A_UNPARSED_ARGUMENTS}")
+  endif()
+  cmake_path(GET CMAKE_CURRENT_SOURCE_DIR FILENAME folder)
+  stiction_batches(sources ${name} ${folder}/ ALONE ${A_ALONE} SOURCES ${A_SOURCES})
+  add_executable(${name} ${sources})
   target_link_libraries(${name} PRIVATE stiction_flags ${A_LINK} stiction_test_paths GTest::gtest_main)
   set(properties TIMEOUT 300 ENVIRONMENT "STICTION_CACHE=${CMAKE_BINARY_DIR}/cache")  # and not the one of who runs them
   if(A_LABELS)

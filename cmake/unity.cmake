@@ -1,10 +1,11 @@
 # Several source files in one compilation. Two thirds of the time of a file go into the same headers and the same templates of Eigen, which a batch reads once.
 set(STICTION_UNITY 8 CACHE STRING "Source files in one compilation, at most; 0 compiles each file alone")
 
-# stiction_batches(OUT PREFIX ALONE file… SOURCES file…)
+# stiction_batches(OUT NAME PREFIX ALONE file… SOURCES file…)
 # Sets OUT to the sources of a target: batches of SOURCES, and those ALONE that have definitions of their own or names of another file.
+# NAME is part of the names of the batches, as targets may share a folder.
 # PREFIX leads to the sources from an include directory. Batches name no folder of this machine, so that another clone hits the same cache.
-function(stiction_batches out prefix)
+function(stiction_batches out name prefix)
   cmake_parse_arguments(A "" "" "SOURCES;ALONE" ${ARGN})
   if(A_ALONE)
     list(REMOVE_ITEM A_SOURCES ${A_ALONE})
@@ -26,7 +27,7 @@ function(stiction_batches out prefix)
     foreach(source IN LISTS part)
       string(APPEND content "#include \"${prefix}${source}\"\n")
     endforeach()
-    set(file ${CMAKE_CURRENT_BINARY_DIR}/batch_${batch}.cpp)
+    set(file ${CMAKE_CURRENT_BINARY_DIR}/batch_${name}_${batch}.cpp)
     file(CONFIGURE OUTPUT ${file} CONTENT "${content}" @ONLY)
     set_source_files_properties(${file} PROPERTIES COMPILE_OPTIONS "-Wno-shadow;-Wno-subobject-linkage")  # names of one file in another, and types of a file in an included one; the preset dev compiles each alone
     list(APPEND files ${file})

@@ -13,6 +13,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::calc_full;
+using test::EveryShapePair;
 using test::find_feature;
 using test::Fixture;
 using test::kTolerance;
@@ -122,8 +123,7 @@ Errors compare(Fixture& s, int pair, Random& random) {
   return out;
 }
 
-class EveryShapePair : public ::testing::TestWithParam<test::ShapePair> {};
-INSTANTIATE_TEST_SUITE_P(Shapes, EveryShapePair, ::testing::ValuesIn(test::shape_pairs()), test::case_name);
+// jacobian_test.cpp has the instances of EveryShapePair.
 
 TEST_P(EveryShapePair, Derivatives_MatchCentralDifferences) {
   const auto& [a, b] = GetParam();

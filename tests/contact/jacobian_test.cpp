@@ -8,6 +8,7 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using test::EveryShapePair;
 using test::Fixture;
 using test::Random;
 using test::Vector3d;
@@ -47,7 +48,6 @@ Slope difference_phi(Fixture& s, int pair, double step) {
   return out;
 }
 
-class EveryShapePair : public ::testing::TestWithParam<test::ShapePair> {};
 INSTANTIATE_TEST_SUITE_P(Shapes, EveryShapePair, ::testing::ValuesIn(test::shape_pairs()), test::case_name);
 
 TEST_P(EveryShapePair, RowN_IsTheGradientOfPhi) {

@@ -150,6 +150,9 @@ inline std::vector<ShapePair> shape_pairs() {
   return out;
 }
 
+/// Of several files, with one instance for all of them.
+class EveryShapePair : public ::testing::TestWithParam<ShapePair> {};
+
 /// The two as free objects; a half-space as a fixed body at a slant.
 inline world::Scene make_pair_scene(const ShapePair& pair) {
   world::Scene scene;

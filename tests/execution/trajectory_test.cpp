@@ -151,7 +151,7 @@ TEST(Trajectory, KnotWithoutCommandIncrement_TakesNoTime) {
 TEST(Trajectory, Settling_IsLeftOut) {
   const auto model = load_model("planar_pushing");
   const auto plan = commands_only({{SegmentKind::Settle, {{0.0, -0.05}}}, {SegmentKind::Contact, {{0.1, -0.05}}}});
-  const Trajectory t = make_trajectory(*model, plan, {});
+  const Trajectory t = make_trajectory(*model, plan, SpeedLimits{});
   ASSERT_EQ(t.pieces.size(), 1u);
   EXPECT_EQ(t.q(4, 0), -0.05) << "starts where the settling ended";
 }
@@ -166,7 +166,7 @@ TEST(Trajectory, KnotsNameThoseOfThePlan) {
   for (const auto& segment : plan.segments) {
     for (const auto& knot : segment.knots) states.push_back(knot.q);
   }
-  const Trajectory t = make_trajectory(*model, plan, {});
+  const Trajectory t = make_trajectory(*model, plan, SpeedLimits{});
   ASSERT_EQ(t.knots.size(), t.times.size());
   EXPECT_EQ(t.knots[0], 1) << "the end of settling";
   EXPECT_EQ(t.knots[t.knots.size() - 1], 6);
@@ -284,9 +284,9 @@ TEST(Trajectory, BadInput_NamesTheField) {
       message_of([&] { make_trajectory(*model, plan, {.revolute = 1e-30, .prismatic = 1e-30}); }).find("speed, pause: got a motion of"),
       std::string::npos);
   plan.segments[0].knots[0].u.resize(3);
-  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments[0].knots[0].u"), std::string::npos);
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, SpeedLimits{}); }).find("plan.segments[0].knots[0].u"), std::string::npos);
   plan.segments.clear();
-  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments"), std::string::npos);
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, SpeedLimits{}); }).find("plan.segments"), std::string::npos);
   Plan out;
   EXPECT_NE(message_of([&] { (void)predict(*model, plan, 0, out); }).find("substeps"), std::string::npos);
 }

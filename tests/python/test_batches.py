@@ -9,7 +9,8 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("STICTION_BUILD", ROOT / "build/release"))
-BATCHES = sorted(BUILD.glob("apps/**/batch_*.cpp")) + sorted(BUILD.glob("src/**/batch_*.cpp"))
+FOLDERS = {"apps": ROOT / "apps/cli", "python": ROOT / "python/module", "src": ROOT / "src", "tests": ROOT / "tests"}  # in the build folder: where their sources lie
+BATCHES = sorted(batch for folder in FOLDERS for batch in BUILD.glob(f"{folder}/**/batch_*.cpp"))
 
 pytestmark = pytest.mark.skipif(not BATCHES, reason=f"{BUILD} has no batches: run `make build`")
 
@@ -35,8 +36,8 @@ def test_files_of_batches_exist_and_are_compiled_once():
         if str(batch.relative_to(BUILD)) not in ninja:
             continue  # of an earlier configuration
         for source in sources(batch):
-            folder = ROOT / "src" if source.startswith("stiction/") else ROOT / "apps/cli"
-            assert (folder / source).is_file(), f"{batch}: {source}"
-            assert str(folder / source) not in alone, f"{source} is compiled alone as well"
-            counts[source] += 1
+            file = FOLDERS[batch.relative_to(BUILD).parts[0]] / source
+            assert file.is_file(), f"{batch}: {source}"
+            assert str(file) not in alone, f"{source} is compiled alone as well"
+            counts[file] += 1
     assert counts and set(counts.values()) == {1}
