@@ -195,5 +195,41 @@ TEST(Rest, TinyMotionOfABoxOnABlock_TinyChangeOfTheStep) {
   }
 }
 
+/// A box of 40 mm between a table and a ceiling, between which there is too little room, as a simulation with soft contacts leaves it.
+/// @param overlap  of the box with each of them [m]
+Scene between_two_plates(double overlap) {
+  world::Scene scene = table_scene();
+  world::FixedSpec ceiling;
+  ceiling.name = "ceiling";
+  ceiling.X_WB.p.z() = 0.04 - 2 * overlap + 0.01;
+  ceiling.geometries = {{"plate", world::Box{{0.05, 0.05, 0.01}}, {}, 0.5}};
+  scene.fixed.push_back(ceiling);
+  scene.objects.push_back(make_object("box", world::Box{{0.02, 0.02, 0.02}}, 0.1, {0.02, 0.02, 0.02}));
+  Scene out(scene);
+  out.place(0, Eigen::Matrix3d::Identity(), {0, 0, 0.02 - overlap});
+  return out;
+}
+
+TEST(Overlap, ThatNoMotionEnds_StaysAsDeepAsItIs) {
+  Scene scene = between_two_plates(2e-5);
+  const VectorXd q = scene.q;
+  for (int k = 0; k < 20; ++k) ASSERT_EQ(scene.go(), Status::Solved);
+  EXPECT_LT((scene.q - q).lpNorm<Eigen::Infinity>(), 1e-7) << "and does not grow";
+  double deepest = 0;
+  for (const auto& c : scene.result.contacts) deepest = std::min(deepest, c.contact.phi);
+  EXPECT_NEAR(deepest, -2e-5, 1e-7) << "contacts say how deep it is";
+  EXPECT_NEAR(scene.force_on(0).z(), 0.1 * kGravity, 1e-6);
+
+  scene.options.smoothing = Analytic{.kappa = 1000};
+  scene.options.with_A = scene.options.with_B = true;
+  ASSERT_EQ(scene.go(), Status::Solved);
+  EXPECT_TRUE(scene.result.A.allFinite() && scene.result.B.allFinite());
+}
+
+TEST(Overlap, BeyondTheToleranceOfContacts_Infeasible) {
+  Scene scene = between_two_plates(2e-3);
+  EXPECT_EQ(scene.go(), Status::Infeasible);
+}
+
 }  // namespace
 }  // namespace stiction::dynamics::test

@@ -70,7 +70,7 @@ void write_program(const StepProgram& program, const RowRule& rule, StepWorkspac
   set_friction(options, work);
   add_objective(work, options.h, problem);
   add_contacts(program, rule, work);
-  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+  for_each_limit(model, in, work, [&](int variable, double sign, double offset) {
     const std::uint64_t id = limit_id(variable, sign);
     if (!work.limit_included[id]) return;
     problem.add_bound(id, variable, sign, offset, program.barrier.limit, during(work.variable_unit[at(variable)], program.options.h));

@@ -266,15 +266,15 @@ void add_contact(const Model& model, std::size_t i, double h, double mu, double 
     for (std::size_t r = 0; r < work.rays.size(); ++r) {
       const double m1 = mu * work.rays[r].x(), m2 = mu * work.rays[r].y();
       for (std::size_t c = 0; c < k; ++c) work.G[c] = J[c] + m1 * J[k + c] + m2 * J[2 * k + c];
-      problem.add_half_line(kMostRays * contact.id + r, row_support, work.G.data(), contact.phi, sigma, unit);
+      problem.add_half_line(kMostRays * contact.id + r, row_support, work.G.data(), row_gap(work, i), sigma, unit);
     }
   } else if (mu == 0) {
-    problem.add_half_line(kMostRays * contact.id, row_support, J, contact.phi, 2 * sigma,
+    problem.add_half_line(kMostRays * contact.id, row_support, J, row_gap(work, i), 2 * sigma,
                           unit);  // 2σ: limit of the cone for μ → 0, which has degree 2
   } else {
     std::copy_n(J, k, work.G.data());
     for (std::size_t c = k; c < 3 * k; ++c) work.G[c] = mu * J[c];
-    const double g[3] = {contact.phi, 0, 0};
+    const double g[3] = {row_gap(work, i), 0, 0};
     problem.add_cone(contact.id, row_support, work.G.data(), g, 2 * sigma, unit);
   }
 }

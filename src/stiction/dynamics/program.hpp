@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,6 +12,7 @@
 #include "stiction/contact/contact.hpp"
 #include "stiction/dynamics/linearisation.hpp"
 #include "stiction/dynamics/step.hpp"
+#include "stiction/world/scales.hpp"
 
 // Internal to the layer: the program (2.6) of a step, its matrices and rows.
 
@@ -141,6 +144,8 @@ struct StepWorkspace::Impl {
   std::size_t moving_bounds = 0;       // number of bounds whose offsets move with q: limits and motors
   std::vector<signed char> motor;      // per robot joint: side ±1 on which its spring saturates (S.15); 0: not saturated
   std::vector<int> motor_bound;        // per robot joint: index of its bound in the problem, −1: none
+  // Gap in the rows of overlaps that may stay; −∞: none may. See keep_overlaps().
+  double kept_gap = -std::numeric_limits<double>::infinity();
   std::vector<detail::FrictionJoint> friction_joints;
   detail::LinearisationWorkspace linearisation;
 };
@@ -178,12 +183,22 @@ void set_rays(const world::Model& model, const StepOptions& options, std::vector
 /// Adds the rows of contact i: a Lorentz cone (J_n δq + φ, μJ_t δq), or a half-line (J_n + μ dᵀJ_t) δq + φ for every ray d (2.10).
 void add_contact(const world::Model& model, std::size_t i, double h, double mu, double sigma, StepWorkspace::Impl& work);
 
+/// Gap in the row of a contact or limit: phi, or that of an overlap that may stay, which is within the tolerance. Both in [rad or m].
+inline double row_gap(const StepWorkspace::Impl& work, double phi, double tolerance) {
+  return phi < -tolerance ? phi : std::max(phi, work.kept_gap);
+}
+inline double row_gap(const StepWorkspace::Impl& work, std::size_t contact) {
+  const contact::Contact& c = work.contacts[contact];
+  return row_gap(work, c.phi, work.model->scales().contact_tolerance(c.pair));
+}
+
 /// Calls visit(variable, sign, offset) for every joint limit sign·δq_variable + offset ≥ 0.
 template <class Visit>
-void for_each_limit(const world::Model& model, const StepInput& in, Visit&& visit) {
+void for_each_limit(const world::Model& model, const StepInput& in, const StepWorkspace::Impl& work, Visit&& visit) {
   const auto both = [&](int variable, double q, double lower, double upper) {
-    if (std::isfinite(lower)) visit(variable, 1.0, q - lower);
-    if (std::isfinite(upper)) visit(variable, -1.0, upper - q);
+    const double tolerance = world::share::kContact * work.variable_unit[static_cast<std::size_t>(variable)].length;
+    if (std::isfinite(lower)) visit(variable, 1.0, row_gap(work, q - lower, tolerance));
+    if (std::isfinite(upper)) visit(variable, -1.0, row_gap(work, upper - q, tolerance));
   };
   for (int j = 0; j < model.n_a(); ++j) both(model.n_vu() + j, in.q[model.n_qu() + j], model.lower()[j], model.upper()[j]);
   for (const auto& object : model.objects()) {

@@ -66,6 +66,8 @@ const Model& StepWorkspace::model() const { return *impl_->model; }
 namespace {
 
 constexpr int kMaxLooks = 16;  // most searches along δq for contacts beyond contact_distance
+/// Gap of bodies that overlap for good, in smoothed steps.
+constexpr double kOverlapRoom = 0.1;  // share of the tolerance of contacts
 
 void require_finite(std::string_view field, VectorRef value) {
   if (!value.allFinite()) core::throw_invalid(field, "a number that is not finite", "finite numbers");
@@ -101,7 +103,7 @@ void read_contacts(const Model& model, const StepOptions& options, StepWorkspace
     if (!work.included[i]) {
       c.lambda.setZero();
       c.displacement = work.moved[i];
-      c.gap = slack(work, c.contact.phi, mu, c.displacement);
+      c.gap = slack(work, row_gap(work, i), mu, c.displacement);
     } else if (!work.rays.empty()) {
       c.lambda.setZero();
       c.displacement = displacement(model, i, s.x, work);
@@ -118,7 +120,7 @@ void read_contacts(const Model& model, const StepOptions& options, StepWorkspace
       const auto w = s.w_cone.col(cone), z = s.z_cone.col(cone);
       const double shift = s.shift_cone[cone++];
       c.lambda = {z[0], mu * z[1], mu * z[2]};
-      c.displacement = {w[0] - shift - c.contact.phi, w[1] / mu, w[2] / mu};
+      c.displacement = {w[0] - shift - row_gap(work, i), w[1] / mu, w[2] / mu};
       c.gap = w[0] - std::hypot(w[1], w[2]);
     }
     c.active = c.lambda[0] > options.h * world::share::kActive * model.scales().pair(c.contact.pair).force;
@@ -160,6 +162,14 @@ Status find_and_solve(const StepProgram& program, double fall, StepWorkspace::Im
   return solve_with_met(program, margin, work, least_share, iterations);
 }
 
+/// Solves the step again where no motion ends all overlaps: those within the tolerance of contacts may stay. A body between two others overlaps with
+/// both in a simulation with soft contacts. A smoothed step needs room inside its constraints.
+Status keep_overlaps(const StepProgram& program, double fall, StepWorkspace::Impl& work, double& least_share, int& iterations) {
+  const double length = program.model.scales().robots().length;
+  work.kept_gap = program.smoothing == nullptr ? 0 : kOverlapRoom * world::share::kContact * length;
+  return find_and_solve(program, fall, work, least_share, iterations);
+}
+
 /// Fills the result of a step that was not solved: nothing moves.
 void read_failure(const StepProgram& program, const StepWorkspace::Impl& work, StepResult& out) {
   const Model& model = program.model;
@@ -199,7 +209,9 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   const int growths = work.problem->growths();
   double least_share = 0;
   out.iterations = 0;
+  work.kept_gap = -std::numeric_limits<double>::infinity();
   out.status = find_and_solve(program, fall, work, least_share, out.iterations);
+  if (out.status == Status::Infeasible) out.status = keep_overlaps(program, fall, work, least_share, out.iterations);
   out.residuals = work.solution.residuals;
   out.growths = work.problem->growths() - growths;
   if (out.status != Status::Solved) {

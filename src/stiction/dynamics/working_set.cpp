@@ -81,7 +81,7 @@ namespace {
 double least_commanded_gap(const Model& model, const StepOptions& options, std::size_t i, const StepWorkspace::Impl& work) {
   const contact::Contact& contact = work.contacts[i];
   const Eigen::Vector3d v = displacement(model, i, work.commanded, work);
-  return contact.phi + std::min(0.0, v[0] - contact.friction * options.friction_scale * v.tail<2>().norm());
+  return row_gap(work, i) + std::min(0.0, v[0] - contact.friction * options.friction_scale * v.tail<2>().norm());
 }
 
 }  // namespace
@@ -94,7 +94,7 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
     work.included[i] = (!self || least_commanded_gap(model, options, i, work) < near_self) &&
                        std::max(barrier_share(model, work.kinematics, work.contacts[i]), least_share) > kLeastShare;
   }
-  for_each_limit(model, in,
+  for_each_limit(model, in, work,
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
 }
 
@@ -102,10 +102,10 @@ void include_within_reach(const Model& model, const StepInput& in, const StepOpt
   const double reach = closed ? kNearContactCoulomb : kNearContact;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const int pair = work.contacts[i].pair;
-    const double gap = work.self_contact[at(pair)] != 0 ? least_commanded_gap(model, options, i, work) : work.contacts[i].phi;
+    const double gap = work.self_contact[at(pair)] != 0 ? least_commanded_gap(model, options, i, work) : row_gap(work, i);
     work.included[i] = gap < reach * model.scales().pair(pair).length;
   }
-  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+  for_each_limit(model, in, work, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();
     const double commanded = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
     const double near = kNearLimit * work.variable_unit[at(variable)].length;
@@ -117,11 +117,11 @@ void include_near(const Model& model, const StepInput& in, const StepOptions& op
                   StepWorkspace::Impl& work) {
   const double motion = 2 * motion_bound(model, work, guess);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const double phi = work.contacts[i].phi, mu = work.contacts[i].friction * options.friction_scale;
+    const double phi = row_gap(work, i), mu = work.contacts[i].friction * options.friction_scale;
     const double near = kGuessContact * model.scales().pair(work.contacts[i].pair).length;
     work.included[i] = phi < near + (1 + mu) * motion && slack(work, phi, mu, displacement(model, i, guess, work)) < near;
   }
-  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+  for_each_limit(model, in, work, [&](int variable, double sign, double offset) {
     const double near = kGuessLimit * work.variable_unit[at(variable)].length;
     work.limit_included[limit_id(variable, sign)] = options.joint_limits && sign * guess[variable] + offset < near;
   });
@@ -152,14 +152,14 @@ bool add_violated(const Model& model, const StepInput& in, const StepOptions& op
   const double motion = 2 * motion_bound(model, work, work.solution.x);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     if (work.included[i]) continue;
-    const double phi = work.contacts[i].phi, mu = work.contacts[i].friction * options.friction_scale;
+    const double phi = row_gap(work, i), mu = work.contacts[i].friction * options.friction_scale;
     work.moved[i].setZero();
     if (phi > (1 + mu) * motion) continue;
     work.moved[i] = displacement(model, i, work.solution.x, work);
     if (slack(work, phi, closed ? 0.0 : mu, work.moved[i]) < 0) work.included[i] = 1, any = true;
   }
   if (!options.joint_limits) return any;
-  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+  for_each_limit(model, in, work, [&](int variable, double sign, double offset) {
     auto& included = work.limit_included[limit_id(variable, sign)];
     if (!included && sign * work.solution.x[variable] + offset < 0) included = 1, any = true;
   });
