@@ -88,6 +88,30 @@ TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
   EXPECT_EQ(whole.result.iterations, 3000);
 }
 
+/// No plan comes within a thousandth of the tolerances: one within the tolerances will do, once a search has gone on for as long again.
+TEST(PlanSource, PlanWithinTheTolerances_WillDoWhereNoneIsBetter) {
+  planning::PlanningProblem problem;
+  problem.model = planning::test::load_model("planar_pushing");
+  problem.q_start = planning::test::push_up(problem.model).q_start;
+  problem.goal.X_WG = world::object_pose(*problem.model, problem.q_start, 0);
+  problem.goal.X_WG.p += Vector3d(0, 0.2, 0.2);
+  problem.goal.tol_position = 0.05;
+  problem.goal.tol_angle = 0.5;
+  planning::PlannerOptions options;
+  options.threads = 1;
+  options.max_iterations = 100'000;
+  RunOptions how;
+  how.plan_fraction = 1e-6;
+  const RunSpeeds speeds = calc_run_speeds(*problem.model, 0);
+  PlanSource source(problem, options, how, speeds);
+  const Answer near = source.ask({.q = problem.q_start, .u = problem.q_start.tail(2)}, {});
+  EXPECT_EQ(near.result.status, core::Status::Solved);
+  EXPECT_TRUE(near.trajectory);
+  EXPECT_LE(near.result.plan.error.share(problem.goal), options.tolerance_fraction);
+  EXPECT_GE(near.result.iterations, 200);
+  EXPECT_LT(near.result.iterations, 3000);
+}
+
 TEST(PlanSource, SearchEndsWithTheClockOfTheRun) {
   planning::PlanningProblem problem;
   problem.model = planning::test::load_model("planar_pushing");

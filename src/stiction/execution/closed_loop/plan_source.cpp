@@ -34,7 +34,7 @@ bool moves(const planning::Plan& plan) {
 
 PlanSource::PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
                        const RunSpeeds& speed)
-    : problem_(problem), options_(options), how_(how), speed_(speed), lead_(problem.model) {
+    : problem_(problem), options_(options), how_(how), speed_(speed), lead_(problem.model), enough_(options.tolerance_fraction) {
   options_.tolerance_fraction = std::min(options_.tolerance_fraction, how.plan_fraction);
 }
 
@@ -135,13 +135,20 @@ void PlanSource::search(const Question& from, const core::RunControl& run, plann
   control.deadline = run.deadline ? std::min(*run.deadline, budget) : budget;
   double limit = how_.plan_processor_time.value_or(std::numeric_limits<double>::infinity());
   if (how_.planning_rate > 0 && !how_.plan_step_time) limit = std::min(limit, from.time_left * how_.planning_rate);
-  if (std::isfinite(limit)) {
-    control.abandoned = [&run, limit, before = core::processor_time()] {
-      return (run.abandoned && run.abandoned()) || core::processor_time() - before > limit;
-    };
-  }
+  // A plan within the tolerances will do if as many extensions again find none within plan_fraction of them.
+  long within = -1;
+  bool will_do = false;
+  control.on_progress = [&](const core::Progress& progress) {
+    if (run.on_progress) run.on_progress(progress);
+    if (within < 0 && progress.best <= enough_) within = progress.iteration;
+    will_do = within >= 0 && progress.iteration > within + std::max(kLeastSearch, within);
+  };
+  control.abandoned = [&, before = core::processor_time()] {
+    return (run.abandoned && run.abandoned()) || will_do || (std::isfinite(limit) && core::processor_time() - before > limit);
+  };
   out.status = planning::plan_from(problem, from.u, options, control, out);
   if (out.status == Status::Cancelled && !run.cancelled()) out.status = Status::MaxIterations;
+  if (will_do && out.plan.error.share(problem.goal) <= enough_) out.status = Status::Solved;
 }
 
 }  // namespace stiction::execution

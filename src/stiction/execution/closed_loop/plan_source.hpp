@@ -61,6 +61,7 @@ class PlanSource {
   const RunOptions& how_;
   const RunSpeeds& speed_;
   DragFeedforward lead_;
+  const double enough_;                 ///< share of the tolerances that the planner's options ask for; they ask for plan_fraction in a run
   std::optional<planning::Plan> last_;  ///< current plan, which is being carried out
   double durations_ = 0, shares_ = 0;   ///< sums over the found plans: duration [s] and distance to the goal [tolerances]
   double thought_ = 0;                  ///< sum of the times charged for searches [s]
