@@ -224,6 +224,8 @@ void bind_records(nb::module_& m) {
       .def_ro("kind", &world::Dof::kind, "translation or rotation")
       .def_ro("lower", &world::Dof::lower, "lower limit [m or rad]")
       .def_ro("upper", &world::Dof::upper, "upper limit [m or rad]")
+      .def_ro("command_lower", &world::Dof::command_lower, "smallest command of a robot joint [m or rad]; see Model.command_lower")
+      .def_ro("command_upper", &world::Dof::command_upper, "largest command of a robot joint [m or rad]; see Model.command_upper")
       .def_ro("stiffness", &world::Dof::stiffness, "stiffness K_a of the joint [N/m or N m/rad]; 0 for objects")
       .def_ro("effort", &world::Dof::effort, "largest force or torque of the motor [N or N m]; infinite: no limit")
       .def_ro("friction", &world::Dof::friction,
@@ -314,6 +316,10 @@ Raises InvalidInput with the text "field: got …, expected …".)");
                    "speed limits of the joints from the URDF (n_a) [m/s or rad/s]; infinite: no limit")
       .def_prop_ro("lower", &Model::lower, nb::rv_policy::copy, "lower joint limits (n_a) [m or rad]")
       .def_prop_ro("upper", &Model::upper, nb::rv_policy::copy, "upper joint limits (n_a) [m or rad]")
+      .def_prop_ro("command_lower", &Model::command_lower, nb::rv_policy::copy,
+                   "smallest commands (n_a) [m or rad]: the lower joint limits, or less where ctrlrange in an MJCF goes further")
+      .def_prop_ro("command_upper", &Model::command_upper, nb::rv_policy::copy,
+                   "largest commands (n_a) [m or rad]: the upper joint limits, or more where ctrlrange in an MJCF goes further")
       .def_prop_ro("reach", &Model::reach, nb::rv_policy::copy, "bound on the lever arm of each joint (n_a) [m]")
       .def_prop_ro("joint_names", &joint_names, "names of the joints as robot/joint, in the order of u")
       .def_prop_ro("object_names", &object_names, "names of the objects")

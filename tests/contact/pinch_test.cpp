@@ -14,7 +14,7 @@ constexpr double kStiffness = 400;
 constexpr int kDraws = 100;
 
 struct Gripper : world::test::RobotFolder {
-  explicit Gripper(double mass) : model(world::test::make_gripper(*this, mass)) {}
+  explicit Gripper(double mass, double command = 0) : model(world::test::make_gripper(*this, mass, 0.05, command)) {}
 
   /// Of kDraws samples with all branches the postures in which a part of either finger touches, with their commands.
   std::vector<ContactSample> draw_pinches() {
@@ -70,6 +70,19 @@ TEST(HoldPinch, PressesAsTheWeightNeedsAndTheStrokesAllow) {
     }
     EXPECT_LT(difference, 0.1 * 0.05) << "as much is left to one finger as to the other";
   }
+}
+
+/// Commands of 1 m press as hard as five times the weight, where strokes of 50 mm would not hold the object.
+TEST(HoldPinch, CommandsBeyondTheStrokePressAsTheWeightNeeds) {
+  Gripper gripper(6, 1);
+  int pressed = 0;
+  for (const ContactSample& pinch : gripper.draw_pinches()) {
+    if (pinch.u == pinch.q_a) continue;
+    ++pressed;
+    EXPECT_NEAR(kStiffness * (pinch.u - pinch.q_a)[5], 300, 30);
+    EXPECT_LT(pinch.q_a[5], 0.05 + 1e-9);
+  }
+  EXPECT_GT(pressed, 20);
 }
 
 /// 30 N at each finger would be needed, and strokes of 50 mm give less than 20 N.

@@ -121,6 +121,25 @@ TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
   EXPECT_EQ(model->stiffness()[0], 7);
 }
 
+/// Fingers of metaworld are commanded 1 m beyond their travel of 40 mm, which presses with 384 N. A range that ends inside the limits is not read.
+TEST(Mjcf, Commands_MayGoBeyondTheLimitsAsFarAsCtrlrange) {
+  const auto model = make_robot(write_mjcf(
+      R"(<worldbody><body name="b"><joint name="wide" type="slide" range="0 .04"/><geom size=".05"/>
+           <body name="c"><joint name="narrow" type="slide" range="0 .04"/><geom size=".05"/>
+             <body name="d"><joint name="geared" type="slide" range="-1 1"/><geom size=".05"/>
+               <body name="e"><joint name="open" type="slide" range="-1 1"/><geom size=".05"/>
+                 <body name="f"><joint name="follower" type="slide" range="-9 9"/><geom size=".05"/></body></body></body></body></body></worldbody>
+         <equality><joint joint1="follower" joint2="open" polycoef="0.5 -2 0 0 0"/></equality>
+         <actuator><position joint="wide" kp="400" ctrllimited="true" ctrlrange="-1 1"/><position joint="narrow" kp="400" ctrllimited="true" ctrlrange="0.01 0.03"/>
+           <position joint="geared" kp="1" gear="-2" ctrllimited="true" ctrlrange="-1 4"/><position joint="follower" kp="1" ctrllimited="true" ctrlrange="-3 4"/>
+           <position joint="open" kp="1" ctrllimited="true" ctrlrange="-1 3"/></actuator>)",
+      "commands.xml"));
+  EXPECT_TRUE(model->command_lower().isApprox(Eigen::Vector4d(-1, 0, -2, -1.75))) << model->command_lower().transpose();
+  EXPECT_TRUE(model->command_upper().isApprox(Eigen::Vector4d(1, 0.04, 1, 3))) << model->command_upper().transpose();
+  EXPECT_EQ(model->lower()[0], 0);
+  EXPECT_EQ(model->upper()[0], 0.04);
+}
+
 /// The gripper of a Panda has such a servo: 255 opens it by 40 mm. MuJoCo's joint rests where the force of its servo and a load balance.
 TEST(Mjcf, GeneralServo_HasTheStiffnessOfItsBias) {
   const auto file = write_mjcf(

@@ -226,6 +226,14 @@ class Dof:
         """upper limit [m or rad]"""
 
     @property
+    def command_lower(self) -> float:
+        """smallest command of a robot joint [m or rad]; see Model.command_lower"""
+
+    @property
+    def command_upper(self) -> float:
+        """largest command of a robot joint [m or rad]; see Model.command_upper"""
+
+    @property
     def stiffness(self) -> float:
         """stiffness K_a of the joint [N/m or N m/rad]; 0 for objects"""
 
@@ -431,6 +439,18 @@ class Model:
     @property
     def upper(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """upper joint limits (n_a) [m or rad]"""
+
+    @property
+    def command_lower(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        smallest commands (n_a) [m or rad]: the lower joint limits, or less where ctrlrange in an MJCF goes further
+        """
+
+    @property
+    def command_upper(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        largest commands (n_a) [m or rad]: the upper joint limits, or more where ctrlrange in an MJCF goes further
+        """
 
     @property
     def reach(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:

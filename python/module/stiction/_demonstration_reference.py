@@ -62,7 +62,9 @@ class Reference:
             return np.column_stack([np.interp(self.times, demonstration.time, column) for column in values.reshape(len(values), -1).T])
 
         joints = np.clip(at_times(demonstration.joints), model.lower, model.upper)
-        self.commands = joints if demonstration.commands is None else np.clip(at_times(demonstration.commands), model.lower, model.upper)
+        self.commands = joints if demonstration.commands is None else np.clip(
+            at_times(demonstration.commands), model.command_lower, model.command_upper
+        )
         poses = at_times(demonstration.poses).reshape(len(self.times), -1, len(POSE))
         poses[..., 3:] /= np.linalg.norm(poses[..., 3:], axis=2, keepdims=True)
         states = [_configuration(model, task.q_start, poses[0], joints[0])]

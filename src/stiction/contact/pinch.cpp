@@ -142,7 +142,7 @@ double calc_most_press(const Model& model, std::span<const int> joints, const Ei
   for (const int j : joints) {
     const double by_1_n = std::abs(strain[j]), q_j = q[model.n_qu() + j];
     if (by_1_n * model.scales().robots().force < kNoStrain * model.scales().joint(j)) continue;
-    const double room = strain[j] > 0 ? model.upper()[j] - q_j : q_j - model.lower()[j];
+    const double room = strain[j] > 0 ? model.command_upper()[j] - q_j : q_j - model.command_lower()[j];
     most = std::min(most, std::min(room, model.effort()[j] / model.stiffness()[j]) / by_1_n);
   }
   return most;

@@ -45,7 +45,7 @@ Promise ContactChange::predict(const Eigen::VectorXd& q, const Eigen::VectorXd& 
   e -= node.local.B_u * delta_u;
   e = e.cwiseProduct(x.counted).eval();
   return {setting_.goal.inverse_tolerances().cwiseProduct(e).norm(),
-          (u_from + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper())};
+          (u_from + delta_u).cwiseMax(setting_.model.command_lower()).cwiseMin(setting_.model.command_upper())};
 }
 
 double ContactChange::simulated_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& command,

@@ -37,7 +37,7 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
   const Eigen::VectorXd delta_u =
       extension(near.local, q_a, e, x.counted, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
   if (delta_u.cwiseQuotient(units_).norm() < kNoMove) return false;
-  const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper());
+  const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(setting_.model.command_lower()).cwiseMin(setting_.model.command_upper());
   const double same = threshold::kSameCommand * (wanted - q_a).norm();
   if (std::any_of(near.tried.begin(), near.tried.end(), [&](const auto& tried) { return (tried - wanted).norm() < same; })) return false;
   u = wanted;
@@ -72,6 +72,7 @@ bool Extend::moves(const Node& from, const Node& to) const {
 Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e,
                                   const Eigen::VectorXd& counted, const dynamics::StepResult* forces,
                                   cone::ConeLeastSquares& least_squares) const {
+  // Only the preload of a grip goes beyond the joint limits: farther pushes would press with hundreds of times the weight of an object.
   const Eigen::VectorXd lower = (setting_.model.lower() - q_a).cwiseMin(0.0).cwiseQuotient(units_),
                         upper = (setting_.model.upper() - q_a).cwiseMax(0.0).cwiseQuotient(units_);
   Eigen::VectorXd y;  // δu in joint units, in which lengths mean the same for sliders and hinges

@@ -33,7 +33,7 @@ std::optional<Trace> settle_start(const Setting& setting, const Eigen::VectorXd&
   const Eigen::VectorXd& q_start = setting.problem.q_start;
   const double length = model.scales().robots().length;
   Trace at{.q = q_start, .u = u_start.size() > 0 ? u_start : q_start.tail(model.n_a())};
-  at.u = at.u.cwiseMax(model.lower()).cwiseMin(model.upper()).eval();
+  at.u = at.u.cwiseMax(model.command_lower()).cwiseMin(model.command_upper()).eval();
   Simulation simulation(setting, scratch, totals);
   const Pace pace{Pace::Kind::WithinEfforts, setting.exact, {}, {}};
   scratch.steps.forget();

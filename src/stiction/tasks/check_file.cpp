@@ -94,9 +94,8 @@ bool FileCheck::revolute(int joint) const {
   return model_.dofs()[static_cast<std::size_t>(model_.n_vu() + joint)].kind == world::DofKind::Revolute;
 }
 
-void FileCheck::see_outside(Worst& figure, int joint, double x) {
-  figure.see(std::max(model_.lower()[joint] - x, x - model_.upper()[joint]),
-             [&] { return here(plan_.joints[static_cast<std::size_t>(joint)]); });
+void FileCheck::see_outside(Worst& figure, double lower, double upper, int joint, double x) {
+  figure.see(std::max(lower - x, x - upper), [&] { return here(plan_.joints[static_cast<std::size_t>(joint)]); });
 }
 
 void FileCheck::check_start() {
@@ -169,12 +168,12 @@ void FileCheck::check_state(const Eigen::VectorXd& q) {
     quaternion_norm_.see(std::abs(q.segment(at, 4).norm() - 1), [&] { return here(plan_.objects[i].name); });
   }
   const auto q_a = q.tail(model_.n_a());
-  for (int j = 0; j < model_.n_a(); ++j) see_outside(joint_limits_, j, q_a[j]);
+  for (int j = 0; j < model_.n_a(); ++j) see_outside(joint_limits_, model_.lower()[j], model_.upper()[j], j, q_a[j]);
 }
 
 void FileCheck::check_command(const Eigen::VectorXd& before, const Eigen::VectorXd& u) {
   for (int j = 0; j < model_.n_a(); ++j) {
-    see_outside(command_limits_, j, u[j]);
+    see_outside(command_limits_, model_.command_lower()[j], model_.command_upper()[j], j, u[j]);
     const double unit = !plan_.substep ? 1 : revolute(j) ? plan_.substep->joint_angle : plan_.substep->joint_travel;
     command_step_.see(std::abs(u[j] - before[j]) / unit, [&] { return here(plan_.joints[static_cast<std::size_t>(j)]); });
   }

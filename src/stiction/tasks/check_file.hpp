@@ -36,7 +36,7 @@ class FileCheck {
   void check_cones(const StoredKnot& knot);
   void check_display(const StoredKnot& knot);
   bool revolute(int joint) const;
-  void see_outside(Worst& figure, int joint, double x);
+  void see_outside(Worst& figure, double lower, double upper, int joint, double x);
 
   const Task& task_;
   const PlanFile& plan_;

@@ -47,6 +47,12 @@ std::string_view joint_name(world::ObjectJoint joint) {
 }
 
 /// Of a robot joint they stand in its file, whose digest is there.
+/// Only where commands may go beyond the limits, so that the text of other scenes stays as it was.
+std::string commands(const world::Dof& dof) {
+  if (dof.command_lower == dof.lower && dof.command_upper == dof.upper) return "";
+  return fmt::format(", commands: [{}, {}]", number(dof.command_lower), number(dof.command_upper));
+}
+
 std::string joint_friction(const world::Dof& dof) {
   if (dof.owner_kind != world::BodyKind::Object) return "";
   std::string out;
@@ -107,9 +113,9 @@ std::string make_scene_text(const world::Model& model) {
   }
   out += "coordinates:\n";
   for (const auto& dof : model.dofs()) {
-    out += fmt::format("- {{name: {}, lower: {}, upper: {}, stiffness: {}{}{}}}\n", dof.name, number(dof.lower), number(dof.upper),
-                       number(dof.stiffness), std::isfinite(dof.effort) ? fmt::format(", effort: {}", number(dof.effort)) : "",
-                       joint_friction(dof));
+    out += fmt::format("- {{name: {}, lower: {}, upper: {}, stiffness: {}{}{}{}}}\n", dof.name, number(dof.lower), number(dof.upper),
+                       number(dof.stiffness), commands(dof),
+                       std::isfinite(dof.effort) ? fmt::format(", effort: {}", number(dof.effort)) : "", joint_friction(dof));
   }
   out += "geometries:\n";
   for (const auto& geometry : model.geometries()) {

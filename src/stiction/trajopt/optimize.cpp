@@ -66,9 +66,10 @@ void validate(const Model& model, const OptimizeInput& in) {
     core::require_size(field, u.size(), model.n_a());
     core::require_finite(field, std::span(u.data(), static_cast<std::size_t>(u.size())));
     for (int j = 0; j < model.n_a(); ++j) {
-      if (u[j] < model.lower()[j] - 1e-9 || u[j] > model.upper()[j] + 1e-9) {
+      if (u[j] < model.command_lower()[j] - 1e-9 || u[j] > model.command_upper()[j] + 1e-9) {
         core::throw_invalid(field + "[" + std::to_string(j) + "]", std::to_string(u[j]),
-                            "inside the joint limits [" + std::to_string(model.lower()[j]) + ", " + std::to_string(model.upper()[j]) + "]");
+                            "inside the range of commands [" + std::to_string(model.command_lower()[j]) + ", " +
+                                std::to_string(model.command_upper()[j]) + "]");
       }
     }
   }
@@ -148,7 +149,7 @@ class Optimizer {
     w_.trial = n;
     w_.rollout.forget();
     for (std::size_t t = 0; t < T_; ++t) {
-      n.u[t] = n.u[t].cwiseMax(model_.lower()).cwiseMin(model_.upper());
+      n.u[t] = n.u[t].cwiseMax(model_.command_lower()).cwiseMin(model_.command_upper());
       if (const Status status = advance(n, t); status != Status::Solved) return status;
     }
     n.cost = cost_of(n);
@@ -227,7 +228,7 @@ class Optimizer {
     stage.lower.resize(m_), stage.upper.resize(m_);
     for (int j = 0; j < m_; ++j) {
       const double qa = w_.nominal.q[t][model_.n_q() - model_.n_a() + j], u = w_.nominal.u[t][j];
-      const double low = model_.lower()[j], high = model_.upper()[j];
+      const double low = model_.command_lower()[j], high = model_.command_upper()[j];
       stage.lower[j] = std::clamp(qa - bound(j), low, high) - u;
       stage.upper[j] = std::clamp(qa + bound(j), low, high) - u;
       if (with_nominal) {  // keep the zero step feasible, so that a short enough step always lowers the cost
@@ -288,7 +289,7 @@ class Optimizer {
       }
       du = du.cwiseMax(stage.lower).cwiseMin(stage.upper);
       off_u = du - length * w_.qp_result.u[t];
-      trial.u[t] = (n.u[t] + du).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+      trial.u[t] = (n.u[t] + du).cwiseMax(model_.command_lower()).cwiseMin(model_.command_upper());
       if (advance(trial, t) != Status::Solved) return false;
     }
     trial.cost = cost_of(trial);
@@ -311,7 +312,7 @@ class Optimizer {
       world::local(model_, n.q[j], trial.q[j], rest.x0);
       for (std::size_t t = j; t < T_; ++t) rest.stages[t - j].r = n.u[t] - (t == j ? VectorXd(trial.q[j].tail(m_)) : n.u[t - 1]);
       if (solve_qp(rest, entry) == Status::NumericalFailure) return true;
-      trial.u[j] = (n.u[j] + w_.qp_result.u[0]).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+      trial.u[j] = (n.u[j] + w_.qp_result.u[0]).cwiseMax(model_.command_lower()).cwiseMin(model_.command_upper());
       if (advance(trial, j) != Status::Solved) return true;
       rest.stages.erase(rest.stages.begin());
     }

@@ -221,7 +221,10 @@ class RobotAdder {
     }
     const DofKind kind = kind_of(joint);
     parts_.add_dof(joint_name(joint), kind, BodyKind::Robot, index_, joint.lower, joint.upper, spring, effort_of(joint, effort));
-    m_.dofs.back().speed_limit = joint.speed_limit;
+    Dof& dof = m_.dofs.back();
+    dof.command_lower = std::min(joint.lower, joint.command_lower);
+    dof.command_upper = std::max(joint.upper, joint.command_upper);
+    dof.speed_limit = joint.speed_limit;
     parts_.set_joint_friction(joint.friction, joint.damping);
     m_.motors.push_back(joint.motor);
     JointMotor& motor = m_.motors.back();

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <tuple>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
@@ -168,6 +169,7 @@ class MjcfReader : private MjcfView {
       joint.lower = std::max(joint.lower, limits->first);
       joint.upper = std::min(joint.upper, limits->second);
     }
+    if (const auto commands = motors_.commands(j)) std::tie(joint.command_lower, joint.command_upper) = *commands;
     joint.stiffness = motors_.spring(j);
     joint.effort = motors_.effort(j);
     joint.friction = m_->dof_frictionloss[m_->jnt_dofadr[j]];

@@ -28,11 +28,14 @@ void MjcfMotors::find_springs() {
   effort_.resize(static_cast<std::size_t>(m_->njnt));
   damping_.assign(static_cast<std::size_t>(m_->njnt), 0);
   passive_.assign(static_cast<std::size_t>(m_->njnt), 0);
+  commands_.resize(static_cast<std::size_t>(m_->njnt));
   has_actuator_.assign(static_cast<std::size_t>(m_->njnt), false);
   for (int i = 0; i < m_->nactuator; ++i) {
     if (!is_on_joint(i) || roles_.of_joint(m_->actuator_trnid[2 * i]) != MjcfRole::Robot) continue;
     const MjcfCoupling& line = couplings_.of(m_->actuator_trnid[2 * i]);
-    if (line.leader >= 0) add_actuator(i, line.leader, line.ratio * gear_of(i));
+    if (line.leader < 0) continue;
+    add_actuator(i, line.leader, line.ratio * gear_of(i));
+    add_commands(i, line);
   }
   for (int i = 0; i < m_->nactuator; ++i) {
     for (const auto& [joint, lever] : couplings_.moved_by_tendon(i)) add_actuator(i, joint, lever * gear_of(i));
@@ -80,6 +83,14 @@ void MjcfMotors::add_actuator(int i, int j, double lever) {
   if (!is_position_servo(*m_, i)) return;
   spring_[joint] = spring_[joint].value_or(0) - bias[1] * lever * lever;
   damping_[joint] += std::max(0.0, -bias[2]) * lever * lever;
+}
+
+void MjcfMotors::add_commands(int i, const MjcfCoupling& line) {
+  if (!is_position_servo(*m_, i) || !m_->actuator_ctrllimited[m_->actuator_ctrladr[i]] || line.ratio * gear_of(i) == 0) return;
+  const auto [low, high] = commanded_positions(*m_, i);
+  const auto [from, to] = std::minmax({(low - line.offset) / line.ratio, (high - line.offset) / line.ratio});
+  auto& range = commands_[static_cast<std::size_t>(line.leader)];
+  range = range ? std::pair(std::min(from, range->first), std::max(to, range->second)) : std::pair(from, to);
 }
 
 /// Leading joints without an actuator, which belong to a robot only because another joint of their tree has one.

@@ -107,10 +107,7 @@ class UnreadFinder {
     const double gear = m_.actuator_gear[6 * m_.actuator_outadr[i]];
     if (!is_servo(i) || !m_.actuator_ctrllimited[m_.actuator_ctrladr[i]] || gear == 0) return false;
     if (!m_.jnt_limited[joint]) return true;
-    const mjtNum* commands = m_.actuator_ctrlrange + 2 * m_.actuator_ctrladr[i];
-    const mjtNum *gain = m_.actuator_gainprm + mjNGAIN * i, *bias = m_.actuator_biasprm + mjNBIAS * i;
-    const auto position = [&](double command) { return -(gain[0] * command + bias[0]) / (bias[1] * gear); };
-    const double one = position(commands[0]), other = position(commands[1]), low = std::min(one, other), high = std::max(one, other);
+    const auto [low, high] = commanded_positions(m_, i);
     const double rounding = 1e-6 * (m_.jnt_range[2 * joint + 1] - m_.jnt_range[2 * joint]);
     return low > m_.jnt_range[2 * joint] + rounding || high < m_.jnt_range[2 * joint + 1] - rounding;
   }

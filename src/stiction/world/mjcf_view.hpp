@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "stiction/world/mjcf_roles.hpp"
@@ -22,6 +23,8 @@ struct MjcfMeaning {
 
 /// True for an actuator with the force c·command + b₀ − k_p q − k_v q̇ at once, whatever its name in the file.
 bool is_position_servo(const mjModel& m, int actuator);
+/// Joint positions between which a position servo on a joint may be commanded, from its `ctrlrange`. The gear is not 0.
+std::pair<double, double> commanded_positions(const mjModel& m, int actuator);
 
 /// Queries on the elements of a compiled MJCF: their names, which of them collide or are coupled, and which are ignored.
 class MjcfView {

@@ -60,6 +60,8 @@ const Eigen::VectorXd& Model::effort() const { return impl_->effort; }
 const Eigen::VectorXd& Model::speed_limit() const { return impl_->speed_limit; }
 const Eigen::VectorXd& Model::lower() const { return impl_->lower; }
 const Eigen::VectorXd& Model::upper() const { return impl_->upper; }
+const Eigen::VectorXd& Model::command_lower() const { return impl_->command_lower; }
+const Eigen::VectorXd& Model::command_upper() const { return impl_->command_upper; }
 const Eigen::VectorXd& Model::reach() const { return impl_->reach; }
 const Scales& Model::scales() const { return *impl_->scales; }
 Eigen::VectorXd Model::neutral() const { return impl_->neutral; }

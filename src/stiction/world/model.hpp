@@ -72,6 +72,7 @@ struct Dof {
   BodyKind owner_kind = BodyKind::Object;
   int owner = -1;                                           ///< object or robot index
   double lower = 0, upper = 0;                              ///< joint limits [rad or m]; infinite without a limit
+  double command_lower = 0, command_upper = 0;              ///< range of commands of a robot joint; see Model::command_lower()
   double stiffness = 0;                                     ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
   double effort = std::numeric_limits<double>::infinity();  ///< τ_max of a robot joint's motor [N or N·m]; infinite without a limit
   double speed_limit =
@@ -171,6 +172,10 @@ class Model {
   const Eigen::VectorXd& speed_limit() const;
   const Eigen::VectorXd& lower() const;  ///< joint limits of the robots (n_a)
   const Eigen::VectorXd& upper() const;
+  /// Range of the commands u (n_a) [rad or m]. It contains the joint limits, and goes beyond them as far as `ctrlrange` of a position servo in an
+  /// MJCF does: with such commands a gripper presses harder than its travel allows.
+  const Eigen::VectorXd& command_lower() const;
+  const Eigen::VectorXd& command_upper() const;
 
   /// Bound over all joint angles on the distance from a joint axis to the farthest point of the geometry it moves, per robot joint
   /// (n_a) [m]; 1 for a prismatic joint.

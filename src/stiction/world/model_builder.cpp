@@ -68,6 +68,8 @@ class Builder {
     m_.speed_limit.resize(m_.n_a);
     m_.lower.resize(m_.n_a);
     m_.upper.resize(m_.n_a);
+    m_.command_lower.resize(m_.n_a);
+    m_.command_upper.resize(m_.n_a);
     m_.neutral.setZero(m_.n_q);
     m_.reach = Eigen::Map<const Eigen::VectorXd>(parts_.reach.data(), static_cast<Eigen::Index>(parts_.reach.size()));
     for (int i = 0; i < m_.n_a; ++i) {
@@ -77,6 +79,8 @@ class Builder {
       m_.speed_limit[i] = dof.speed_limit;
       m_.lower[i] = dof.lower;
       m_.upper[i] = dof.upper;
+      m_.command_lower[i] = dof.command_lower;
+      m_.command_upper[i] = dof.command_upper;
       m_.neutral[m_.n_qu + i] = nearest_to_zero(dof.lower, dof.upper);
     }
     for (const ObjectNode& node : m_.object_nodes) {

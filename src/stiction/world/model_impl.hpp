@@ -58,7 +58,7 @@ struct Model::Impl {
   std::vector<BodyInertia> inertias;  ///< per body
   std::vector<std::vector<int>> supports;
   std::optional<int> planar_axis;
-  Eigen::VectorXd stiffness, effort, speed_limit, lower, upper, reach, neutral;
+  Eigen::VectorXd stiffness, effort, speed_limit, lower, upper, command_lower, command_upper, reach, neutral;
   std::optional<Scales> scales;  ///< set when the rest of the model is complete
 
   std::vector<ObjectNode> object_nodes;

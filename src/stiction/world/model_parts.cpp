@@ -48,7 +48,7 @@ void ModelParts::add_geometry(int body, const GeometrySpec& spec) {
 
 void ModelParts::add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness,
                          double effort) {
-  m.dofs.push_back({std::move(name), kind, owner_kind, owner, lower, upper, stiffness, effort});
+  m.dofs.push_back({std::move(name), kind, owner_kind, owner, lower, upper, lower, upper, stiffness, effort});
 }
 
 void ModelParts::join(int parent, int body, bool between) {

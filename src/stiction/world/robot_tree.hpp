@@ -65,11 +65,13 @@ struct RobotJoint {
   Pose X_PJ;                                        ///< pose of the joint in the parent link, at joint value 0
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the child frame
   double lower = 0, upper = 0;                      ///< [rad or m]; infinite for continuous joints
-  std::optional<double> stiffness{};                ///< K_a, if the file states it [N/m or N·m/rad]
-  int leader = -1;                 ///< index of the joint that it follows, q = ratio·q_leader + offset; −1 = moves by itself
-  double ratio = 1, offset = 0;    ///< [-], [rad or m]
-  double room = 0;                 ///< deviation from ratio·q_leader + offset that the file allows [rad or m]
-  std::optional<double> effort{};  ///< largest force or torque of the motor, if the file states it [N or N·m]
+  /// Range of the commands of its servo, where it goes beyond the limits; empty (lower > upper) if the file states none [rad or m].
+  double command_lower = std::numeric_limits<double>::infinity(), command_upper = -std::numeric_limits<double>::infinity();
+  std::optional<double> stiffness{};  ///< K_a, if the file states it [N/m or N·m/rad]
+  int leader = -1;                    ///< index of the joint that it follows, q = ratio·q_leader + offset; −1 = moves by itself
+  double ratio = 1, offset = 0;       ///< [-], [rad or m]
+  double room = 0;                    ///< deviation from ratio·q_leader + offset that the file allows [rad or m]
+  std::optional<double> effort{};     ///< largest force or torque of the motor, if the file states it [N or N·m]
 
   double speed_limit = std::numeric_limits<double>::infinity();  ///< largest speed, if the file states one [rad/s or m/s]
 

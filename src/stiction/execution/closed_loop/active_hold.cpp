@@ -200,8 +200,8 @@ void ActiveHold::set_box(VectorRef q, const VectorXd& u, double period) {
                  strain = kEffort * model_->effort()[joint] / model_->stiffness()[joint];
     const double at = q[model_->n_qu() + joint];
     // A command that is already beyond its bounds returns at the allowed rate.
-    const double lower = std::max(model_->lower()[joint], at - strain) - u[joint],
-                 upper = std::min(model_->upper()[joint], at + strain) - u[joint];
+    const double lower = std::max(model_->command_lower()[joint], at - strain) - u[joint],
+                 upper = std::min(model_->command_upper()[joint], at + strain) - u[joint];
     qp_.lower[j] = std::clamp(lower, -most, most);
     qp_.upper[j] = std::max(qp_.lower[j], std::clamp(upper, -most, most));
   }

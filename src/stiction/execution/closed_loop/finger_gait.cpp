@@ -145,7 +145,7 @@ void FingerGait::move_finger(VectorXd& u) const {
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const auto i = static_cast<Eigen::Index>(j);
     const double wanted = stations_[k][i] + share * (stations_[k + 1][i] - stations_[k][i]);
-    u[joints[j]] = std::clamp(wanted, model_->lower()[joints[j]], model_->upper()[joints[j]]);
+    u[joints[j]] = std::clamp(wanted, model_->command_lower()[joints[j]], model_->command_upper()[joints[j]]);
   }
 }
 

@@ -46,8 +46,8 @@ Status PoseTracker::update(const VectorXd& q, const VectorXd& q_plan, const Vect
   for (Index j = 0; j < d.size(); ++j) {
     qp_.H(j, j) = (kBeside + kChange) / (d[j] * d[j]);
     gradient_[j] = kBeside * delta_[j] / (d[j] * d[j]);
-    qp_.lower[j] = std::max(-kMostStep * d[j], model_->lower()[j] - u_plan[j]) - delta_[j];
-    qp_.upper[j] = std::max(qp_.lower[j], std::min(kMostStep * d[j], model_->upper()[j] - u_plan[j]) - delta_[j]);
+    qp_.lower[j] = std::max(-kMostStep * d[j], model_->command_lower()[j] - u_plan[j]) - delta_[j];
+    qp_.upper[j] = std::max(qp_.lower[j], std::min(kMostStep * d[j], model_->command_upper()[j] - u_plan[j]) - delta_[j]);
   }
   for (Index i = 0; i < weight_.size(); ++i) {
     if (weight_[i] == 0) continue;

@@ -26,7 +26,7 @@ void tighten_grips(const world::Model& model, const std::vector<char>& carried, 
     const Eigen::VectorXd q_a = trajectory.q.col(k).tail(model.n_a()), strain = trajectory.u.col(k) - q_a;
     const double force = strain.cwiseProduct(model.stiffness()).cwiseQuotient(model.reach()).cwiseAbs().maxCoeff();
     if (force <= 0 || force >= preload) continue;
-    trajectory.u.col(k) = (q_a + preload / force * strain).cwiseMax(model.lower()).cwiseMin(model.upper());
+    trajectory.u.col(k) = (q_a + preload / force * strain).cwiseMax(model.command_lower()).cwiseMin(model.command_upper());
   }
 }
 

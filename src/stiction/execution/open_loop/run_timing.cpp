@@ -215,7 +215,7 @@ class Timer {
   void add_lead(const std::vector<Stretch>& stretches, std::size_t i, double f, Eigen::VectorXd& u) const {
     Eigen::VectorXd lead = stretches[i].lead;
     if (i + 1 < stretches.size()) lead = 0.5 * (lead + stretches[i + 1].lead);
-    u = (u + f * lead).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+    u = (u + f * lead).cwiseMax(model_.command_lower()).cwiseMin(model_.command_upper());
   }
 
   Eigen::VectorXd blend(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, double share) const {

@@ -18,7 +18,7 @@ bool push_again(const Problem& problem, const Cursor& start, const Push& push, S
   run = Run{.end = start};
   for (const Segment& edge : push.edges) {
     for (const auto& knot : edge.knots) {
-      const Eigen::VectorXd u = knot.u.cwiseMax(model.lower()).cwiseMin(model.upper());
+      const Eigen::VectorXd u = knot.u.cwiseMax(model.command_lower()).cwiseMin(model.command_upper());
       if (simulation.follow(u, problem.pace, watch, trace) != Ending::Reached) return false;
       if (problem.miss(knot.q, trace.q) > threshold::kStrayed) return false;
     }
