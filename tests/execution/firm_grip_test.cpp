@@ -61,7 +61,20 @@ TEST_F(FirmGrip, HoldsWhatIsAloftWithFiveWeights) {
   for (const int k : {0, 2, 3}) EXPECT_EQ(trajectory_.u.col(k), before.u.col(k)) << "knot " << k << ": on the ground, firm, or no grip";
 }
 
-TEST_F(FirmGrip, CommandsStayWithinTheJointLimits) {
+/// The push that lifts the cube grips it before it leaves the ground, and a push before it does not.
+TEST_F(FirmGrip, BeginsWithThePushThatLifts) {
+  set(1, 0.05, 1e-4);
+  trajectory_.pieces = {{.kind = planning::SegmentKind::Contact, .first_knot = 0, .last_knot = 0},
+                        {.kind = planning::SegmentKind::Contact, .first_knot = 1, .last_knot = 2},
+                        {.kind = planning::SegmentKind::Regrasp, .first_knot = 2, .last_knot = 3}};
+  const std::vector<char> carried = find_carried(*model_, trajectory_);
+  EXPECT_EQ(carried, (std::vector<char>{0, 1, 1, 1}));
+  tighten_grips(*model_, carried, trajectory_);
+  EXPECT_NEAR(1000 * strain(1).cwiseAbs().maxCoeff(), 5 * 0.2 * 9.81, 1e-9);
+  EXPECT_EQ(strain(0), Vector3d::Zero());
+}
+
+TEST_F(FirmGrip, CommandsStayWithinTheirRange) {
   trajectory_.q.col(1).tail<2>() << -0.0995, 0.0995;
   trajectory_.u.col(1).tail<2>() << -0.0996, 0.0996;
   tighten_grips(*model_, find_carried(*model_, trajectory_), trajectory_);

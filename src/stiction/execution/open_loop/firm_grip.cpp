@@ -1,5 +1,7 @@
 #include "stiction/execution/open_loop/firm_grip.hpp"
 
+#include <algorithm>
+
 #include "stiction/contact/carried.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -15,6 +17,10 @@ std::vector<char> find_carried(const world::Model& model, const Trajectory& traj
   for (std::size_t k = 0; k < out.size(); ++k) {
     world::calc_kinematics(model, trajectory.q.col(static_cast<Eigen::Index>(k)), kinematics_work, kinematics);
     out[k] = carried.any(kinematics, work) ? 1 : 0;
+  }
+  for (const Piece& piece : trajectory.pieces) {
+    const auto begin = out.begin() + piece.first_knot, end = out.begin() + piece.last_knot + 1;
+    if (piece.kind == planning::SegmentKind::Contact && std::find(begin, end, char{1}) != end) std::fill(begin, end, char{1});
   }
   return out;
 }
