@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <tuple>
 
 #include "stiction/world/read.hpp"
 
@@ -44,6 +45,31 @@ TEST(Carried, AnObjectThatTouchesNeitherTheGroundNorAnotherObject) {
   EXPECT_TRUE(any(*model, 0.3, 0.05)) << "one aloft, the other on the ground";
   EXPECT_TRUE(any(*model, 0.05, 0.3));
   EXPECT_FALSE(any(*model, 0.0505, 0.151)) << "gaps below the contact tolerance of 1 mm";
+}
+
+/// A palm that stands still, with a finger beside it: what lies on it is not carried, and lies in the hand.
+TEST(Carried, WhatLiesOnAPartOfARobotThatStandsStill) {
+  const auto model = world::Model::make(
+      world::parse_scene("gravity: [0, 0, -9.81]\n"
+                         "robots: [{name: r, mjcf: \"<mujoco><worldbody><body><geom type='box' size='.2 .2 .01' mass='1'/><body pos='1 0 "
+                         "0'><joint name='x' type='slide' "
+                         "axis='1 0 0' range='-2 2'/><geom type='sphere' size='.02' "
+                         "mass='1'/></body></body></worldbody><actuator><position joint='x' kp='1000'/></actuator></mujoco>\"}]\n"
+                         "objects: [{name: a, joint: free, mass: 0.2, shapes: [{box: {size: [0.1, 0.1, 0.1]}}]}]\n"
+                         "fixed: [{name: ground, pose: {position: [0, 0, -1]}, shapes: [{half_space: {}}]}]\n",
+                         "."));
+  const Carried carried(*model);
+  Workspace work(*model);
+  world::KinematicsWorkspace kinematics_work(*model);
+  world::Kinematics kinematics;
+  for (const auto& [z, in_hand, aloft] : {std::tuple(0.06, true, false), {0.2, false, true}, {-0.95, false, false}}) {
+    VectorXd q = model->neutral();
+    q[2] = z;
+    if (z < 0) q[0] = 0.5;
+    world::calc_kinematics(*model, q, kinematics_work, kinematics);
+    EXPECT_EQ(carried.lies_in_hand(kinematics, work), in_hand) << z;
+    EXPECT_EQ(carried.any(kinematics, work), aloft) << z;
+  }
 }
 
 TEST(Carried, NothingFallsWithoutGravity) {

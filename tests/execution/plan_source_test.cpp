@@ -88,7 +88,7 @@ TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
   EXPECT_EQ(whole.result.iterations, 3000);
 }
 
-/// No plan comes within a thousandth of the tolerances: one within the tolerances will do, once a search has gone on for as long again.
+/// No plan comes within a thousandth of the tolerances: one within the tolerances will do, once a search has gone on for four times as long.
 TEST(PlanSource, PlanWithinTheTolerances_WillDoWhereNoneIsBetter) {
   planning::PlanningProblem problem;
   problem.model = planning::test::load_model("planar_pushing");
@@ -108,8 +108,8 @@ TEST(PlanSource, PlanWithinTheTolerances_WillDoWhereNoneIsBetter) {
   EXPECT_EQ(near.result.status, core::Status::Solved);
   EXPECT_TRUE(near.trajectory);
   EXPECT_LE(near.result.plan.error.share(problem.goal), options.tolerance_fraction);
-  EXPECT_GE(near.result.iterations, 200);
-  EXPECT_LT(near.result.iterations, 3000);
+  EXPECT_GE(near.result.iterations, 1000);
+  EXPECT_LT(near.result.iterations, 10'000);
 }
 
 TEST(PlanSource, SearchEndsWithTheClockOfTheRun) {

@@ -22,6 +22,8 @@ constexpr double kGain = 0.8;
 constexpr int kJoinsInVain = 2;
 constexpr double kNearer = 1;
 
+/// A plan within the tolerances must do after this many times the extensions that it took, and at least this many.
+constexpr long kPatience = 4, kLeastPatience = 1000;
 /// Least number of extensions in a short search.
 constexpr long kLeastSearch = 200;
 
@@ -135,13 +137,13 @@ void PlanSource::search(const Question& from, const core::RunControl& run, plann
   control.deadline = run.deadline ? std::min(*run.deadline, budget) : budget;
   double limit = how_.plan_processor_time.value_or(std::numeric_limits<double>::infinity());
   if (how_.planning_rate > 0 && !how_.plan_step_time) limit = std::min(limit, from.time_left * how_.planning_rate);
-  // A plan within the tolerances will do if as many extensions again find none within plan_fraction of them.
+  // A plan within the tolerances will do if many more extensions find none within plan_fraction of them, which leaves room for errors.
   long within = -1;
   bool will_do = false;
   control.on_progress = [&](const core::Progress& progress) {
     if (run.on_progress) run.on_progress(progress);
     if (within < 0 && progress.best <= enough_) within = progress.iteration;
-    will_do = within >= 0 && progress.iteration > within + std::max(kLeastSearch, within);
+    will_do = within >= 0 && progress.iteration > within + std::max(kLeastPatience, kPatience * within);
   };
   control.abandoned = [&, before = core::processor_time()] {
     return (run.abandoned && run.abandoned()) || will_do || (std::isfinite(limit) && core::processor_time() - before > limit);

@@ -1,6 +1,7 @@
 #include "stiction/execution/open_loop/firm_grip.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include "stiction/contact/carried.hpp"
 #include "stiction/world/scales.hpp"
@@ -11,16 +12,22 @@ std::vector<char> find_carried(const world::Model& model, const Trajectory& traj
   const contact::Carried carried(model);
   std::vector<char> out(static_cast<std::size_t>(trajectory.q.cols()), 0);
   if (!carried.possible()) return out;
+  std::vector<char> in_hand(out.size(), 0);
   world::KinematicsWorkspace kinematics_work(model);
   world::Kinematics kinematics;
   contact::Workspace work(model);
   for (std::size_t k = 0; k < out.size(); ++k) {
     world::calc_kinematics(model, trajectory.q.col(static_cast<Eigen::Index>(k)), kinematics_work, kinematics);
     out[k] = carried.any(kinematics, work) ? 1 : 0;
+    in_hand[k] = carried.lies_in_hand(kinematics, work) ? 1 : 0;
   }
   for (const Piece& piece : trajectory.pieces) {
-    const auto begin = out.begin() + piece.first_knot, end = out.begin() + piece.last_knot + 1;
-    if (piece.kind == planning::SegmentKind::Contact && std::find(begin, end, char{1}) != end) std::fill(begin, end, char{1});
+    const auto knots = [&](std::vector<char>& of) {
+      return std::span(of).subspan(static_cast<std::size_t>(piece.first_knot),
+                                   static_cast<std::size_t>(piece.last_knot - piece.first_knot + 1));
+    };
+    const auto any = [&](std::vector<char>& of) { return std::ranges::find(knots(of), char{1}) != knots(of).end(); };
+    if (piece.kind == planning::SegmentKind::Contact && any(out) && !any(in_hand)) std::ranges::fill(knots(out), char{1});
   }
   return out;
 }

@@ -7,7 +7,7 @@
 namespace stiction::execution {
 
 /// For each knot of a trajectory, whether robots alone hold an object that can fall, there or at another knot of the same push: a push that lifts an object has
-/// gripped it from its beginning.
+/// gripped it from its beginning, unless the object lies in a hand.
 std::vector<char> find_carried(const world::Model& model, const Trajectory& trajectory);
 
 /// Tightens the grips of a trajectory. A plan may loosen its grip on the way until forces of some weights hold the object, which then falls for small errors of
