@@ -57,14 +57,20 @@ TEST(PlanSource, StartThatRestsWithTheFrictionOfTheSceneAlone_SlipsInAPlanWithLe
   EXPECT_FALSE(source.ask({.q = slope.problem.q_start, .u = u}, {}).slips);
 }
 
-TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
+/// The box of `planar_pushing`, to be pushed by `way` along both axes [m].
+planning::PlanningProblem push_by(double way) {
   planning::PlanningProblem problem;
   problem.model = planning::test::load_model("planar_pushing");
   problem.q_start = planning::test::push_up(problem.model).q_start;
   problem.goal.X_WG = world::object_pose(*problem.model, problem.q_start, 0);
-  problem.goal.X_WG.p += Vector3d(0, 0.2, 0.2);
+  problem.goal.X_WG.p += Vector3d(0, way, way);
   problem.goal.tol_position = 0.05;
   problem.goal.tol_angle = 0.5;
+  return problem;
+}
+
+TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
+  const planning::PlanningProblem problem = push_by(0.2);
   planning::PlannerOptions options;
   options.threads = 1;
   options.max_iterations = 3000;
@@ -90,13 +96,7 @@ TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
 
 /// No plan comes within a thousandth of the tolerances: one within the tolerances will do, once a search has gone on for four times as long.
 TEST(PlanSource, PlanWithinTheTolerances_WillDoWhereNoneIsBetter) {
-  planning::PlanningProblem problem;
-  problem.model = planning::test::load_model("planar_pushing");
-  problem.q_start = planning::test::push_up(problem.model).q_start;
-  problem.goal.X_WG = world::object_pose(*problem.model, problem.q_start, 0);
-  problem.goal.X_WG.p += Vector3d(0, 0.2, 0.2);
-  problem.goal.tol_position = 0.05;
-  problem.goal.tol_angle = 0.5;
+  const planning::PlanningProblem problem = push_by(0.2);
   planning::PlannerOptions options;
   options.threads = 1;
   options.max_iterations = 100'000;
@@ -113,11 +113,7 @@ TEST(PlanSource, PlanWithinTheTolerances_WillDoWhereNoneIsBetter) {
 }
 
 TEST(PlanSource, SearchEndsWithTheClockOfTheRun) {
-  planning::PlanningProblem problem;
-  problem.model = planning::test::load_model("planar_pushing");
-  problem.q_start = planning::test::push_up(problem.model).q_start;
-  problem.goal.X_WG = world::object_pose(*problem.model, problem.q_start, 0);
-  problem.goal.X_WG.p += Vector3d(0, 300, 300);
+  const planning::PlanningProblem problem = push_by(300);
   planning::PlannerOptions options;
   options.threads = 1;
   options.max_iterations = 1'000'000;
