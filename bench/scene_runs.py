@@ -47,8 +47,8 @@ def main() -> int:
     if unknown := set(arguments.tasks) - {entry.name for entry in ENTRIES}:
         raise RuntimeError(f"tasks {', '.join(sorted(unknown))} are not in the benchmark; expected names of `stiction benchmark --list`")
     reached: collections.Counter[str] = collections.Counter()
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = pathlib.Path(temporary)
         _, missing = write_tasks([entry for entry in ENTRIES if entry.name in arguments.tasks], find_packages(arguments.scenes), folder)
         if missing:
             raise RuntimeError(f"the packages of {', '.join(entry.name for entry in missing)} are not in {arguments.scenes}")

@@ -69,11 +69,16 @@ planning::PlanningProblem push_by(double way) {
   return problem;
 }
 
-TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
-  const planning::PlanningProblem problem = push_by(0.2);
+planning::PlannerOptions on_one_thread(int max_iterations) {
   planning::PlannerOptions options;
   options.threads = 1;
-  options.max_iterations = 3000;
+  options.max_iterations = max_iterations;
+  return options;
+}
+
+TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
+  const planning::PlanningProblem problem = push_by(0.2);
+  const planning::PlannerOptions options = on_one_thread(3000);
   RunOptions how;
   how.join = false;
   const RunSpeeds speeds = calc_run_speeds(*problem.model, 0);
@@ -97,9 +102,7 @@ TEST(PlanSource, ShortSearch_EndsAfterTwiceTheExtensionsOfTheOneBefore) {
 /// No plan comes within a thousandth of the tolerances: one within the tolerances will do, once a search has gone on for four times as long.
 TEST(PlanSource, PlanWithinTheTolerances_WillDoWhereNoneIsBetter) {
   const planning::PlanningProblem problem = push_by(0.2);
-  planning::PlannerOptions options;
-  options.threads = 1;
-  options.max_iterations = 100'000;
+  const planning::PlannerOptions options = on_one_thread(100'000);
   RunOptions how;
   how.plan_fraction = 1e-6;
   const RunSpeeds speeds = calc_run_speeds(*problem.model, 0);
@@ -114,9 +117,7 @@ TEST(PlanSource, PlanWithinTheTolerances_WillDoWhereNoneIsBetter) {
 
 TEST(PlanSource, SearchEndsWithTheClockOfTheRun) {
   const planning::PlanningProblem problem = push_by(300);
-  planning::PlannerOptions options;
-  options.threads = 1;
-  options.max_iterations = 1'000'000;
+  const planning::PlannerOptions options = on_one_thread(1'000'000);
   RunOptions how;
   how.planning_rate = 2;
   const RunSpeeds speeds = calc_run_speeds(*problem.model, 0);

@@ -20,9 +20,9 @@ class Carried {
   bool lies_in_hand(const world::Kinematics& kinematics, Workspace& work) const;
 
  private:
-  const world::Model& model_;
   bool near(int pair, const world::Kinematics& kinematics, Workspace& work) const;
 
+  const world::Model& model_;
   std::vector<std::vector<int>> supports_;  ///< for each object that can fall, its pairs with what no robot moves
   std::vector<int> palms_;                  ///< of these pairs those with parts of robots
 };

@@ -86,9 +86,9 @@ void MjcfMotors::add_actuator(int i, int j, double lever) {
 }
 
 void MjcfMotors::add_commands(int i, const MjcfCoupling& line) {
-  if (!is_position_servo(*m_, i) || !m_->actuator_ctrllimited[m_->actuator_ctrladr[i]] || line.ratio * gear_of(i) == 0) return;
-  const auto [low, high] = commanded_positions(*m_, i);
-  const auto [from, to] = std::minmax({(low - line.offset) / line.ratio, (high - line.offset) / line.ratio});
+  const auto positions = commanded_positions(*m_, i);
+  if (!positions || line.ratio == 0) return;
+  const auto [from, to] = std::minmax({(positions->first - line.offset) / line.ratio, (positions->second - line.offset) / line.ratio});
   auto& range = commands_[static_cast<std::size_t>(line.leader)];
   range = range ? std::pair(std::min(from, range->first), std::max(to, range->second)) : std::pair(from, to);
 }

@@ -100,14 +100,13 @@ class UnreadFinder {
   bool is_on_joint(int actuator) const {
     return m_.actuator_trntype[actuator] == mjTRN_JOINT || m_.actuator_trntype[actuator] == mjTRN_JOINTINPARENT;
   }
-  bool is_servo(int i) const { return is_on_joint(i) && is_position_servo(m_, i); }
   /// True if the commands of a servo cannot move its joint through its whole range.
   bool has_narrow_commands(int i) const {
     const int joint = m_.actuator_trnid[2 * i];
-    const double gear = m_.actuator_gear[6 * m_.actuator_outadr[i]];
-    if (!is_servo(i) || !m_.actuator_ctrllimited[m_.actuator_ctrladr[i]] || gear == 0) return false;
+    const auto positions = is_on_joint(i) ? commanded_positions(m_, i) : std::nullopt;
+    if (!positions) return false;
     if (!m_.jnt_limited[joint]) return true;
-    const auto [low, high] = commanded_positions(m_, i);
+    const auto [low, high] = *positions;
     const double rounding = 1e-6 * (m_.jnt_range[2 * joint + 1] - m_.jnt_range[2 * joint]);
     return low > m_.jnt_range[2 * joint] + rounding || high < m_.jnt_range[2 * joint + 1] - rounding;
   }

@@ -180,10 +180,12 @@ bool is_position_servo(const mjModel& m, int actuator) {
          m.actuator_biasprm[mjNBIAS * actuator + 1] < 0;
 }
 
-std::pair<double, double> commanded_positions(const mjModel& m, int actuator) {
+std::optional<std::pair<double, double>> commanded_positions(const mjModel& m, int actuator) {
+  if (!is_position_servo(m, actuator) || !m.actuator_ctrllimited[m.actuator_ctrladr[actuator]]) return std::nullopt;
   const mjtNum *commands = m.actuator_ctrlrange + 2 * m.actuator_ctrladr[actuator], *gain = m.actuator_gainprm + mjNGAIN * actuator,
                *bias = m.actuator_biasprm + mjNBIAS * actuator;
   const double gear = m.actuator_gear[6 * m.actuator_outadr[actuator]];
+  if (gear == 0) return std::nullopt;
   const auto position = [&](double command) { return -(gain[0] * command + bias[0]) / (bias[1] * gear); };
   return std::minmax({position(commands[0]), position(commands[1])});
 }

@@ -23,8 +23,8 @@ struct MjcfMeaning {
 
 /// True for an actuator with the force c·command + b₀ − k_p q − k_v q̇ at once, whatever its name in the file.
 bool is_position_servo(const mjModel& m, int actuator);
-/// Joint positions between which a position servo on a joint may be commanded, from its `ctrlrange`. The gear is not 0.
-std::pair<double, double> commanded_positions(const mjModel& m, int actuator);
+/// Joint positions between which an actuator on a joint may be commanded, if it is a position servo with a `ctrlrange` and a gear.
+std::optional<std::pair<double, double>> commanded_positions(const mjModel& m, int actuator);
 
 /// Queries on the elements of a compiled MJCF: their names, which of them collide or are coupled, and which are ignored.
 class MjcfView {

@@ -7,6 +7,7 @@
 #include "stiction/core/processor_time.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/execution/closed_loop/plan_join.hpp"
+#include "stiction/planning/thresholds.hpp"
 
 namespace stiction::execution {
 namespace {
@@ -22,8 +23,6 @@ constexpr double kGain = 0.8;
 constexpr int kJoinsInVain = 2;
 constexpr double kNearer = 1;
 
-/// A plan within the tolerances must do after this many times the extensions that it took, and at least this many.
-constexpr long kPatience = 4, kLeastPatience = 1000;
 /// Least number of extensions in a short search.
 constexpr long kLeastSearch = 200;
 
@@ -143,7 +142,8 @@ void PlanSource::search(const Question& from, const core::RunControl& run, plann
   control.on_progress = [&](const core::Progress& progress) {
     if (run.on_progress) run.on_progress(progress);
     if (within < 0 && progress.best <= enough_) within = progress.iteration;
-    will_do = within >= 0 && progress.iteration > within + std::max(kLeastPatience, kPatience * within);
+    will_do =
+        within >= 0 && progress.iteration > within + std::max(planning::threshold::kLeastPatience, planning::threshold::kPatience * within);
   };
   control.abandoned = [&, before = core::processor_time()] {
     return (run.abandoned && run.abandoned()) || will_do || (std::isfinite(limit) && core::processor_time() - before > limit);

@@ -12,22 +12,27 @@ std::vector<char> find_carried(const world::Model& model, const Trajectory& traj
   const contact::Carried carried(model);
   std::vector<char> out(static_cast<std::size_t>(trajectory.q.cols()), 0);
   if (!carried.possible()) return out;
-  std::vector<char> in_hand(out.size(), 0);
   world::KinematicsWorkspace kinematics_work(model);
   world::Kinematics kinematics;
   contact::Workspace work(model);
-  for (std::size_t k = 0; k < out.size(); ++k) {
-    world::calc_kinematics(model, trajectory.q.col(static_cast<Eigen::Index>(k)), kinematics_work, kinematics);
-    out[k] = carried.any(kinematics, work) ? 1 : 0;
-    in_hand[k] = carried.lies_in_hand(kinematics, work) ? 1 : 0;
+  const auto go_to = [&](Eigen::Index k) { world::calc_kinematics(model, trajectory.q.col(k), kinematics_work, kinematics); };
+  for (Eigen::Index k = 0; k < trajectory.q.cols(); ++k) {
+    go_to(k);
+    out[static_cast<std::size_t>(k)] = carried.any(kinematics, work) ? 1 : 0;
   }
+  const auto lies_in_hand = [&](const Piece& push) {
+    for (Eigen::Index k = push.first_knot; k <= push.last_knot; ++k) {
+      go_to(k);
+      if (carried.lies_in_hand(kinematics, work)) return true;
+    }
+    return false;
+  };
   for (const Piece& piece : trajectory.pieces) {
-    const auto knots = [&](std::vector<char>& of) {
-      return std::span(of).subspan(static_cast<std::size_t>(piece.first_knot),
-                                   static_cast<std::size_t>(piece.last_knot - piece.first_knot + 1));
-    };
-    const auto any = [&](std::vector<char>& of) { return std::ranges::find(knots(of), char{1}) != knots(of).end(); };
-    if (piece.kind == planning::SegmentKind::Contact && any(out) && !any(in_hand)) std::ranges::fill(knots(out), char{1});
+    const auto knots = std::span(out).subspan(static_cast<std::size_t>(piece.first_knot),
+                                              static_cast<std::size_t>(piece.last_knot - piece.first_knot + 1));
+    const auto count = static_cast<std::size_t>(std::ranges::count(knots, char{1}));
+    const bool lifts = piece.kind == planning::SegmentKind::Contact && count > 0 && count < knots.size();
+    if (lifts && !lies_in_hand(piece)) std::ranges::fill(knots, char{1});
   }
   return out;
 }
