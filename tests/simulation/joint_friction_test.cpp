@@ -53,6 +53,21 @@ TEST(JointFriction, Damping_SpeedIsLoadOverIt) {
   EXPECT_NEAR(rig.v_end()[0], -2 * 9.81 * 0.1 / 40, 1e-4);
 }
 
+/// In free flight, speeds decay as exp(−D t/m) and exp(−D t/I).
+TEST(JointFriction, DampingOfAFreeObject_SlowsItsMotionAndItsTurning) {
+  world::Scene scene = empty_scene(Vector3d::Zero());
+  world::ObjectSpec ball = solid(ObjectJoint::Free, world::Sphere{0.1}, 2, 0.5);
+  ball.joint_damping = 0.04;
+  scene.objects.push_back(ball);
+  Rig rig(scene);
+  VectorXd v0(6);
+  v0 << 0.3, 0, 0, 0, 2, 0;
+  constexpr double kTime = 0.5;
+  ASSERT_EQ(rig.hold(rig.model->neutral(), VectorXd(0), kTime, &v0), Status::Solved) << rig.result.message;
+  EXPECT_NEAR(rig.v_end()[0], 0.3 * std::exp(-0.04 / 2 * kTime), 1e-5);
+  EXPECT_NEAR(rig.v_end()[4], 2 * std::exp(-0.04 / ball.inertia(1, 1) * kTime), 1e-2);
+}
+
 /// A latch on a spring rests where its weight and the spring balance: k (q₀ − q) = m g r cos q.
 TEST(JointSpring, ValveOnASpring_HangsWhereItBalancesItsWeight) {
   world::Scene scene = valve(0, 0.5);

@@ -54,6 +54,13 @@ TEST_F(JointFriction, OfScene_IsThatOfTheModel) {
   EXPECT_EQ(load(valve("friction: 0.5"))->dofs()[0].friction, 0) << "the key of surfaces";
 }
 
+TEST_F(JointFriction, DampingOfFreeAndPlanarObjects_IsThatOfEachCoordinate) {
+  for (const char* joint : {"joint: free", "joint: planar_xy"}) {
+    const auto model = load(valve("joint_damping: 0.02", joint));
+    for (const Dof& dof : model->dofs()) EXPECT_EQ(dof.damping, dof.owner_kind == BodyKind::Object ? 0.02 : 0) << dof.name;
+  }
+}
+
 TEST_F(JointFriction, NegativeOrOfAnObjectWithoutAJoint_NamesFileLineAndField) {
   const auto says = [&](const std::string& scene, const std::string& expected) {
     const std::string message = message_of([&] { (void)load(scene); });
@@ -63,8 +70,9 @@ TEST_F(JointFriction, NegativeOrOfAnObjectWithoutAJoint_NamesFileLineAndField) {
   says(valve("joint_damping: none"), "scene.yaml:3: objects[0].joint_damping: got 'none', expected a number");
   says(valve("joint_friction: 1", "joint: free"),
        "scene.yaml:3: objects[0].joint_friction: got joint_friction of a free object, expected it only for hinge and slider objects");
-  says(valve("joint_damping: 1", "joint: planar_xy"),
-       "scene.yaml:3: objects[0].joint_damping: got joint_damping of a planar_xy object, expected it only for hinge and slider objects");
+  says(
+      valve("joint_stiffness: 1", "joint: planar_xy"),
+      "scene.yaml:3: objects[0].joint_stiffness: got joint_stiffness of a planar_xy object, expected it only for hinge and slider objects");
 }
 
 TEST_F(JointFriction, OfSceneMadeInCode_IsCheckedToo) {

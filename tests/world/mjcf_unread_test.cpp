@@ -1,4 +1,5 @@
 // What an MJCF says and what is not read is told once, with what it changes.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "world/robot_files.hpp"
@@ -76,11 +77,17 @@ TEST_F(MjcfUnread, OptionsAndKeyframes) {
   EXPECT_EQ(note("", "", "<keyframe><key name='home' qpos='0.1'/></keyframe>"), "") << "a task may start there";
 }
 
-TEST_F(MjcfUnread, FreeBodyWithDamping) {
-  folder_.write("r.xml",
-                "<mujoco><worldbody><body name='ball'><joint name='f' type='free' damping='1'/><geom type='sphere' size='0.1'/></body>"
-                "</worldbody></mujoco>");
-  EXPECT_TRUE(has_note(*folder_.load("mjcf: r.xml"), "damping, frictionloss of joints f (objects move without)"));
+TEST_F(MjcfUnread, FreeBodyWithDryFriction) {
+  const auto load = [&](const char* attribute) {
+    folder_.write("r.xml",
+                  fmt::format("<mujoco><worldbody><body name='ball'><joint name='f' type='free' {}/><geom type='sphere' size='0.1'/>"
+                              "</body></worldbody></mujoco>",
+                              attribute));
+    return folder_.load("mjcf: r.xml");
+  };
+  constexpr const char* kNote = "frictionloss of joints f (free objects move without)";
+  EXPECT_TRUE(has_note(*load("frictionloss='1'"), kNote));
+  EXPECT_FALSE(has_note(*load("damping='1'"), kNote));
 }
 
 }  // namespace

@@ -31,10 +31,10 @@ constexpr const char* kScene = R"(
   <body name="frame" pos="0 1 .5"><geom name="jamb" type="box" size=".02 .02 .3" pos="-.3 0 0"/>
     <body name="door" pos="-.2 0 0" euler=".1 0 0"><joint name="hinge" axis="0 0 1" pos="-.05 .01 0" range="-1 2"/><geom type="box" size=".2 .02 .2" pos=".15 0 0"/>
       <body name="latch" pos=".3 -.05 0"><joint name="turn" axis="0 1 0" pos="0 0 .02" stiffness="1.5" springref=".2" range="-1 1"/><geom type="box" size=".05 .01 .01"/></body></body></body>
-  <body name="puck" pos="0 2 .05" euler="0 0 .4"><joint name="px" type="slide" axis="1 0 0" ref=".1"/><joint name="py" type="slide" axis="0 1 0"/><joint name="pz" axis="0 0 -1" pos=".02 0 0" ref=".3"/>
+  <body name="puck" pos="0 2 .05" euler="0 0 .4"><joint name="px" type="slide" axis="1 0 0" ref=".1" damping=".3"/><joint name="py" type="slide" axis="0 1 0" damping=".3"/><joint name="pz" axis="0 0 -1" pos=".02 0 0" ref=".3" damping=".3"/>
     <geom type="cylinder" size=".05 .02" pos=".03 .01 0"/></body>
   <body name="bob" pos="2 0 1"><joint name="socket" type="ball" pos="0 0 .1"/><geom type="ellipsoid" size=".03 .04 .06" pos="0 0 -.2"/></body>
-  <body name="cube" pos="0 -.5 .1" euler="0 0 .3"><freejoint/><geom name="die" type="box" size=".03 .04 .05"/></body>
+  <body name="cube" pos="0 -.5 .1" euler="0 0 .3"><joint type="free" damping=".01"/><geom name="die" type="box" size=".03 .04 .05"/></body>
   <body name="lamp" pos="0 0 2"><joint name="swing"/><geom size=".1" contype="0" conaffinity="0"/></body>
   <site name="goal" pos=".2 .3 .1" euler="0 0 .5"/>
 </worldbody>
@@ -51,6 +51,17 @@ std::vector<std::string> names_of(const Scene& scene) {
   std::vector<std::string> out;
   for (const auto& object : scene.objects) out.push_back(object.name);
   return out;
+}
+
+TEST(WholeScene, PlanarBodyWithDifferentDampings_BecomesOneObjectPerJoint) {
+  std::string text = kScene;
+  text.replace(text.find("damping=\".3\"/>\n"), 12, "damping=\".2\"");
+  const Scene scene = parse_scene("file: whole.xml", write_mjcf(text, "whole.xml").parent_path());
+  for (const auto& [name, damping] : {std::pair{"puck.px", 0.3}, {"puck.py", 0.3}, {"puck", 0.2}}) {
+    const auto found = std::find_if(scene.objects.begin(), scene.objects.end(), [&](const ObjectSpec& o) { return o.name == name; });
+    ASSERT_NE(found, scene.objects.end()) << name;
+    EXPECT_EQ(found->joint_damping, damping) << name;
+  }
 }
 
 std::string refused(const std::string& extra, const std::string& content = kScene) {
@@ -75,6 +86,8 @@ TEST(WholeScene, TreesWithActuators_AreTheRobotAndOthersObjects) {
   EXPECT_EQ(object("latch").joint_stiffness, 1.5);
   EXPECT_EQ(object("latch").joint_rest, 0.2);
   EXPECT_EQ(object("puck").joint, ObjectJoint::PlanarXZ) << "it turns about −z";
+  EXPECT_EQ(object("puck").joint_damping, 0.3);
+  EXPECT_EQ(object("cube").joint_damping, 0.01);
   ASSERT_EQ(scene.fixed.size(), 1u);
   std::set<std::string> fixed;
   for (const auto& geometry : scene.fixed[0].geometries) fixed.insert(geometry.name);

@@ -37,9 +37,7 @@ void require_object(const ObjectSpec& spec) {
     core::throw_invalid("inertia", "a matrix that is not symmetric positive definite", "one that is");
   }
   if (spec.joint == ObjectJoint::Hinge || spec.joint == ObjectJoint::Slider) return;
-  for (const auto& [field, value] : {std::pair{"joint_friction", spec.joint_friction},
-                                     {"joint_damping", spec.joint_damping},
-                                     {"joint_stiffness", spec.joint_stiffness}}) {
+  for (const auto& [field, value] : {std::pair{"joint_friction", spec.joint_friction}, {"joint_stiffness", spec.joint_stiffness}}) {
     if (value != 0) core::throw_invalid(field, fmt::format("{:g}", value), "it only for hinge and slider objects");
   }
 }
@@ -73,6 +71,7 @@ class CoordinateAdder {
  private:
   void add_dof(std::string_view name, DofKind kind, double lower = -kInfinity, double upper = kInfinity) {
     parts_.add_dof(fmt::format("{}/{}", spec_.name, name), kind, BodyKind::Object, index_, lower, upper, 0);
+    parts_.set_joint_friction(spec_.joint_friction, spec_.joint_damping);
   }
 
   void add_planar(int first, int second) {
@@ -92,7 +91,6 @@ class CoordinateAdder {
     const auto limits = spec_.limits.value_or(std::array{-kInfinity, kInfinity});
     if (!(limits[0] <= limits[1])) core::throw_invalid("limits", fmt::format("[{}, {}]", limits[0], limits[1]), "lower ≤ upper");
     add_dof(name, kind, limits[0], limits[1]);
-    parts_.set_joint_friction(spec_.joint_friction, spec_.joint_damping);
     parts_.set_joint_spring(spec_.joint_stiffness, spec_.joint_rest);
   }
 

@@ -226,13 +226,15 @@ class MjcfReader : private MjcfView {
   }
 
   /// True for two slides followed by a hinge about the axis normal to both, without properties that a planar object cannot have.
-  static bool is_planar(const std::vector<MjcfAxis>& axes) {
+  bool is_planar(const std::vector<MjcfAxis>& axes) const {
     constexpr double kSquare = 1e-9;
     if (axes.size() != 3 || axes[0].turns || axes[1].turns || !axes[2].turns || axes[2].part >= 0) return false;
     if (axes[0].limited || axes[1].limited || axes[2].limited) return false;
+    if (damping(axes[0]) != damping(axes[1]) || damping(axes[0]) != damping(axes[2])) return false;
     return std::abs(axes[0].direction.dot(axes[1].direction)) < kSquare && std::abs(axes[0].direction.dot(axes[2].direction)) < kSquare &&
            std::abs(axes[1].direction.dot(axes[2].direction)) < kSquare;
   }
+  double damping(const MjcfAxis& axis) const { return m_->dof_damping[m_->jnt_dofadr[axis.joint]]; }
   bool has_friction_or_spring(const MjcfAxis& axis) const {
     return m_->jnt_stiffness[axis.joint] != 0 || m_->dof_frictionloss[m_->jnt_dofadr[axis.joint]] != 0;
   }
@@ -246,7 +248,9 @@ class MjcfReader : private MjcfView {
     if (const int j = roles_.joints_of(body)[0]; is_free(j)) {
       X_OB_[body] = Pose{};
       coordinates_.push_back({body_name(body), j, {}});
-      return add_object(body, make_object(body_name(body), ObjectJoint::Free), 1);
+      ObjectSpec object = make_object(body_name(body), ObjectJoint::Free);
+      object.joint_damping = m_->dof_damping[m_->jnt_dofadr[j]];
+      return add_object(body, std::move(object), 1);
     }
     const std::vector<MjcfAxis> axes = axes_.of(body);
     const bool plain = std::none_of(axes.begin(), axes.end(), [&](const MjcfAxis& axis) { return has_friction_or_spring(axis); });
@@ -265,6 +269,7 @@ class MjcfReader : private MjcfView {
     const Vector3d a = axes[0].direction, b = axes[1].direction, normal = axes[2].direction;
     const bool right = a.cross(b).dot(normal) > 0;
     ObjectSpec object = make_object(body_name(body), right ? ObjectJoint::PlanarXY : ObjectJoint::PlanarXZ);
+    object.joint_damping = damping(axes[0]);
     Matrix3d R;
     if (right)
       R << a, b, normal;
@@ -291,7 +296,7 @@ class MjcfReader : private MjcfView {
       object.X_WP = X_PB * shift(axis.anchor) * axis.at(-axis.reference);
       if (axis.limited) object.limits = {m_->jnt_range[2 * axis.joint], m_->jnt_range[2 * axis.joint + 1]};
       object.joint_friction = m_->dof_frictionloss[dof];
-      object.joint_damping = m_->dof_damping[dof];
+      object.joint_damping = damping(axis);
       if (has_linear_spring(axis.joint)) {
         object.joint_stiffness = m_->jnt_stiffness[axis.joint];
         object.joint_rest = m_->qpos_spring[m_->jnt_qposadr[axis.joint]];

@@ -76,10 +76,7 @@ class UnreadFinder {
     const auto is_free = [&](int j) { return m_.jnt_type[j] == mjJNT_FREE; };
     look_at("armature", "objects have the inertia of their bodies alone",
             [&](int j) { return !is_robot_(j) && m_.dof_armature[m_.jnt_dofadr[j]] != 0; });
-    look_at("damping, frictionloss", "objects move without", [&](int j) {
-      const int dof = m_.jnt_dofadr[j];
-      return is_free(j) && (m_.dof_damping[dof] != 0 || m_.dof_frictionloss[dof] != 0);
-    });
+    look_at("frictionloss", "free objects move without", [&](int j) { return is_free(j) && m_.dof_frictionloss[m_.jnt_dofadr[j]] != 0; });
     look_at("damping of higher order", "damping is linear", [&](int j) {
       const mjtNum* terms = m_.dof_dampingpoly + mjNPOLY * m_.jnt_dofadr[j];
       return std::any_of(terms, terms + mjNPOLY, [](mjtNum d) { return d != 0; });

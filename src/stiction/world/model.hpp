@@ -77,7 +77,7 @@ struct Dof {
   double effort = std::numeric_limits<double>::infinity();  ///< τ_max of a robot joint's motor [N or N·m]; infinite without a limit
   double speed_limit =
       std::numeric_limits<double>::infinity();  ///< largest speed of a robot joint [m/s or rad/s]; see Model::speed_limit()
-  /// Dry friction τ_f [N or N·m] and viscous damping [N·s/m or N·m·s/rad] of a hinge, a slider, or a robot joint and its followers. A step uses
+  /// Dry friction τ_f [N or N·m] of a hinge, a slider, or a robot joint, and viscous damping [N·s/m or N·m·s/rad]. A step uses
   /// the dry friction of objects (S.19); simulations also use the damping. Servos of robot joints compensate the dry friction, as they do the
   /// robot's weight, and the damping up to the speed that they ask for (M.5).
   double friction = 0, damping = 0;

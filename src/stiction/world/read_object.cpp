@@ -145,7 +145,7 @@ void read_motion(const YamlNode& node, ObjectSpec& object) {
   object.parent = node.string_or("parent", "");
   const bool single = object.joint == ObjectJoint::Hinge || object.joint == ObjectJoint::Slider;
   if (single) object.axis = read_axis(node.at("axis"));
-  for (const std::string_view key : {"axis", "limits", "parent", "joint_friction", "joint_damping", "joint_stiffness", "joint_rest"}) {
+  for (const std::string_view key : {"axis", "limits", "parent", "joint_friction", "joint_stiffness", "joint_rest"}) {
     if (!single && node.has(key)) node.at(key).fail(fmt::format("{} of a {} object", key, joint), "it only for hinge and slider objects");
   }
   if (const auto pose = node.find("pose")) {

@@ -109,7 +109,9 @@ struct ObjectSpec {
   double weight_share = 1;                            ///< share of its weight that acts; the rest is compensated (MJCF: gravcomp)
   std::optional<std::array<double, 2>> limits;        ///< hinge or slider range [rad or m]
   double joint_friction = 0;                          ///< dry friction of a hinge or slider, ≥ 0 [N·m or N]
-  double joint_damping = 0;                           ///< viscous friction of a hinge or slider, ≥ 0 [N·m·s/rad or N·s/m]
+  /// Viscous friction of every coordinate, ≥ 0 [N·s/m and N·m·s/rad]. Moments on a free object oppose its angular velocity by the same number, as
+  /// in MuJoCo. Only simulations use it.
+  double joint_damping = 0;
   double joint_stiffness = 0;                         ///< stiffness of a spring on a hinge or slider, ≥ 0 [N·m/rad or N/m]
   double joint_rest = 0;                              ///< rest position of that spring [rad or m]
   std::vector<GeometrySpec> geometries;

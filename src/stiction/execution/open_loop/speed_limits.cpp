@@ -13,9 +13,10 @@ namespace {
 double calc_weight(const world::Model& model, int object, double load_time) {
   const world::ObjectSpec& spec = model.scene().objects[static_cast<std::size_t>(object)];
   const double length = model.scales().object(object).length;
-  const bool turns = spec.joint == world::ObjectJoint::Hinge;
+  const bool turns = spec.joint == world::ObjectJoint::Hinge, slides = spec.joint == world::ObjectJoint::Slider;
+  if (!turns && !slides) return kGravity * spec.mass;
   const double speed = kCoast * (turns ? 1 : length) / load_time;
-  const double damping = spec.joint_damping > 0 ? spec.joint_damping * speed : 0;
+  const double damping = spec.joint_damping * speed;
   return std::max(kGravity * spec.mass, (spec.joint_friction + damping) / (turns ? length : 1));
 }
 
