@@ -5,6 +5,7 @@
 #include "step_arguments.hpp"
 #include "stiction/dynamics/local_model.hpp"
 #include "stiction/dynamics/rollout.hpp"
+#include "watcher.hpp"
 
 namespace stiction::python {
 
@@ -85,9 +86,13 @@ dynamics::LocalModel calc_local_model(const StepOptions& options, ModelPtr model
   const dynamics::StepInput in = step_input(*model, q, u, tau_ext, damping);
   // The smoothing of the step stands for the scheme where none is given.
   const auto chosen = scheme ? *scheme : std::visit([](const auto& s) { return dynamics::LocalModelScheme(s); }, options.smoothing);
-  const nb::gil_scoped_release unlocked;
-  dynamics::LocalModelWorkspace work(model, threads);
-  (void)dynamics::calc_local_model(*model, in, chosen, options, with_A, work, out);
+  Interrupt interrupt;
+  {
+    const nb::gil_scoped_release unlocked;
+    dynamics::LocalModelWorkspace work(model, threads);
+    (void)dynamics::calc_local_model(*model, in, chosen, options, with_A, work, out, interrupt.control({}));
+  }
+  interrupt.rethrow();
   return out;
 }
 
@@ -291,8 +296,8 @@ void bind_sampling(nb::module_& m, const char* name, const char* doc) {
           nb::kw_only(), "std_q"_a, "std_u"_a, "samples"_a = standard.samples, "seed"_a = standard.seed,
           R"(A scheme that samples configurations and commands from a normal distribution.
 
-  std_q: standard deviations of q in tangent coordinates [m, rad], >= 0: (n_v), or one number for all.
-  std_u: standard deviations of u [m or rad], >= 0: (n_a), or one number for all.
+  std_q: standard deviations of q in tangent coordinates [m, rad], >= 0: (n_v), or (1) for all.
+  std_u: standard deviations of u [m or rad], >= 0: (n_a), or (1) for all.
   samples: number of samples, >= 1.
   seed: of the samples.)")
       .def_ro("std_q", &Scheme::std_q, "standard deviations of q [m, rad]")

@@ -175,6 +175,7 @@ def test_ctrl_c_ends_long_calls() -> None:
         "step_batch": lambda: st.step_batch(model, many, many[:, 7:], with_A=True, with_B=True, smoothing=smooth),
         "rollout_batch": lambda: st.rollout_batch(model, many[:2], steps, smoothing=smooth),
         "pull_back_rollout": lambda: [st.pull_back_rollout(model, rolled, steps[:, :500], long_rolled, smoothing=smooth) for _ in range(100)],
+        "calc_local_model": lambda: st.calc_local_model(model, q, u, scheme=st.RandomizedFirstOrder(std_q=[0], std_u=[0.01], samples=20_000), with_A=True),
         "sense_series": lambda: scenario.sensor.sense_series(np.repeat(scenario.q, 100_000, 0), np.repeat(scenario.tau, 100_000, 0)),
     }
     for name, call in calls.items():

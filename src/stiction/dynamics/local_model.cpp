@@ -71,11 +71,15 @@ namespace {
 /// Computes exact steps from all disturbed points. Sample i depends on the seed and on i alone. If only u is disturbed, the nominal step
 /// and its B predict which contacts a sample comes near.
 void calc_samples(const Model& model, const StepInput& in, const Sampling& sampling, const StepOptions& options,
-                  LocalModelWorkspace::Impl& work) {
+                  const core::RunControl& control, LocalModelWorkspace::Impl& work) {
   work.samples.resize(static_cast<std::size_t>(sampling.samples));
   const bool same_q = sampling.std_q.maxCoeff() == 0;
   work.pool.run(sampling.samples, [&](int item, int worker) {
     Sample& s = work.samples[static_cast<std::size_t>(item)];
+    if (control.stop()) {
+      s.step.status = control.status_when_stopped();
+      return;
+    }
     core::Random random(sampling.seed, static_cast<std::uint64_t>(item));
     s.w_q.resize(model.n_v());
     s.w_u.resize(model.n_a());
@@ -190,7 +194,7 @@ Status fit(const Model& model, const Sampling& sampling, bool with_A, LocalModel
 }
 
 Status randomized(const Model& model, const StepInput& in, const Sampling& sampling, bool first_order, StepOptions options, bool with_A,
-                  LocalModelWorkspace::Impl& work, LocalModel& out) {
+                  const core::RunControl& control, LocalModelWorkspace::Impl& work, LocalModel& out) {
   validate_sampling(model, sampling);
   if (!first_order) validate_fit(model, sampling, with_A);
   options.smoothing = Exact{};
@@ -202,7 +206,8 @@ Status randomized(const Model& model, const StepInput& in, const Sampling& sampl
   if (status != Status::Solved) return status;
   options.with_A = first_order && with_A;
   options.with_B = first_order;
-  calc_samples(model, in, sampling, options, work);
+  calc_samples(model, in, sampling, options, control, work);
+  if (control.stop()) return control.status_when_stopped();
   for (const auto& s : work.samples) out.failed += s.step.status == Status::Solved ? 0 : 1;
   if (out.failed == sampling.samples) return Status::NumericalFailure;
   calc_mean(model, work.nominal.q_next, work, out);
@@ -238,17 +243,17 @@ void validate(const Model& model, const LocalModelScheme& scheme, bool with_A) {
 }
 
 Status calc_local_model(const Model& model, const StepInput& in, const LocalModelScheme& scheme, const StepOptions& given, bool with_A,
-                        LocalModelWorkspace& workspace, LocalModel& out) {
+                        LocalModelWorkspace& workspace, LocalModel& out, const core::RunControl& control) {
   LocalModelWorkspace::Impl& work = workspace.impl();
   StepOptions options = given;
   options.friction_law = FrictionLaw::Anitescu;
   out.failed = 0;
-  out.status =
-      std::visit(Overloaded{[&](const Exact& s) { return single_step(model, in, s, options, with_A, work, out); },
-                            [&](const Analytic& s) { return single_step(model, in, s, options, with_A, work, out); },
-                            [&](const RandomizedFirstOrder& s) { return randomized(model, in, s, true, options, with_A, work, out); },
-                            [&](const RandomizedZerothOrder& s) { return randomized(model, in, s, false, options, with_A, work, out); }},
-                 scheme);
+  out.status = std::visit(
+      Overloaded{[&](const Exact& s) { return single_step(model, in, s, options, with_A, work, out); },
+                 [&](const Analytic& s) { return single_step(model, in, s, options, with_A, work, out); },
+                 [&](const RandomizedFirstOrder& s) { return randomized(model, in, s, true, options, with_A, control, work, out); },
+                 [&](const RandomizedZerothOrder& s) { return randomized(model, in, s, false, options, with_A, control, work, out); }},
+      scheme);
   if (out.status != Status::Solved) {
     out.c = in.q;
     if (with_A) out.A.setZero(model.n_v(), model.n_v());

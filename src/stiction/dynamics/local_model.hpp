@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "stiction/core/run_control.hpp"
 #include "stiction/dynamics/step.hpp"
 
 namespace stiction::dynamics {
@@ -57,10 +58,13 @@ class LocalModelWorkspace {
 ///
 /// @param options  options of the steps; the scheme sets `smoothing` and `with_…`
 /// @param with_A   also compute A
-/// @returns Solved, or the status of the step. With samples: Solved if at least one sample was solved (zeroth order: as many as unknowns)
+/// @param control  stops the samples
+/// @returns Solved, or the status of the step. With samples: Solved if at least one sample was solved (zeroth order: as many as unknowns).
+///          Cancelled or MaxIterations if it was stopped
 /// @throws  InvalidInput: as step(), std_q or std_u of wrong size, negative or all zero, samples < 1, too few for a fit
 /// Tests: tests/dynamics/local_model_test.cpp
 [[nodiscard]] core::Status calc_local_model(const world::Model& model, const StepInput& in, const LocalModelScheme& scheme,
-                                            const StepOptions& options, bool with_A, LocalModelWorkspace& work, LocalModel& out);
+                                            const StepOptions& options, bool with_A, LocalModelWorkspace& work, LocalModel& out,
+                                            const core::RunControl& control = {});
 
 }  // namespace stiction::dynamics

@@ -162,6 +162,8 @@ class StepWorkspace {
 /// joint springs saturate: the energy ½hK_a e² of e = u − qᵃ − δqᵃ continues linearly beyond K_a|e| = effort (S.15), in exact and smoothed
 /// steps. Analytic smoothing stops on the central path at σ = θ h/κ, with θ = 2 per cone and 1 per half-line (2.27).
 ///
+/// If no motion ends all overlaps, those within the contact tolerance of their pair may stay, and only deeper ones make the step infeasible.
+///
 /// @returns Solved | MaxIterations | Infeasible | NumericalFailure; unless Solved, q_next = q and A = B = 0
 /// @throws  InvalidInput: wrong size, q or u not finite, options out of range
 core::Status step(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& work, StepResult& out);
