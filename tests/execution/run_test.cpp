@@ -11,6 +11,7 @@
 #include <memory>
 #include <vector>
 
+#include "dynamics/systems.hpp"
 #include "planning/push_plan.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
@@ -139,6 +140,29 @@ TEST(Run, BoxThatMovedWhileThePlannerWorked_IsPlannedAnew) {
   ASSERT_GT(rig.out.plans[0].time + rig.out.plans[0].clock_s, 1.3) << "the push came when the plan was there";
   EXPECT_EQ(rig.out.plans[1].cause, "the object moved while the planner worked");
   EXPECT_GT(rig.out.pieces.at(0).begin_s, rig.out.plans[1].time);
+}
+
+/// A ball rolls away all the time. The first plan begins where the ball no more is, and later ones where it will be.
+TEST(Run, BallThatRolls_IsMetWhereItWillBe) {
+  world::Scene scene = dynamics::test::empty_scene();
+  scene.gravity = {0, 0, -9.81};
+  scene.objects.push_back(dynamics::test::ball(world::ObjectJoint::Free, 1, 0.1, 1));
+  scene.robots.push_back(dynamics::test::pusher(0.1));
+  scene.fixed.push_back(dynamics::test::half_space(Eigen::Vector3d::UnitZ(), {0, 0, -0.1}, 1));
+  BoxRun rig;
+  rig.model = rig.problem.model = world::Model::make(scene);
+  rig.problem.q_start = rig.model->neutral();
+  rig.problem.q_start[rig.model->n_qu()] = -0.4;
+  rig.problem.goal.X_WG = {Eigen::Matrix3d::Identity(), {0, 0.9, 0}};
+  rig.problem.goal.tol_position = 0.03, rig.problem.goal.tol_angle = 3.2;
+  rig.how.hold = 0;
+  rig.how.plan_step_time = 1e-4;
+  rig.world.pushes = {{.object = 0, .begin = 0, .duration = 0.1, .force_W = {0, 0.42, 0}}};  // to 0.03 m/s
+  ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+  ASSERT_GE(rig.out.plans.size(), 2U);
+  EXPECT_EQ(rig.out.plans[1].cause, "the object moved while the planner worked");
+  ASSERT_FALSE(rig.out.pieces.empty());
+  EXPECT_EQ(rig.out.pieces[0].plan, 1) << "the second plan was carried out";
 }
 
 /// A plant with a clock of its own is commanded while the planner works.
@@ -806,6 +830,22 @@ TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {
   }
   EXPECT_FALSE(moving.rests());
   EXPECT_NEAR(moving.mean()[0], 0.05, 1e-12);
+}
+
+TEST(ObjectWatch, MovingObject_IsExpectedWhereItsSpeedTakesIt) {
+  BoxRun rig;
+  ObjectWatch watch(*rig.model, rig.problem.goal, 0.1, 0.1);
+  VectorXd q = rig.problem.q_start;
+  watch.add(0, q);
+  EXPECT_EQ(watch.expected(1), q) << "one look tells no speed";
+  for (int k = 1; k <= 40; ++k) {
+    q[0] = rig.problem.q_start[0] + 0.002 * k, q[2] = rig.problem.q_start[2] - 0.005 * k, q[3] = 0.01 * k;
+    watch.add(0.01 * k, q);
+  }
+  const VectorXd ahead = watch.expected(2);
+  EXPECT_NEAR(ahead[0] - watch.mean()[0], 0.2 * 2, 1e-9);
+  EXPECT_NEAR(ahead[2] - watch.mean()[2], -0.5 * 2, 1e-9);
+  EXPECT_EQ(ahead.tail(2), q.tail(2)) << "joints stay where they are";
 }
 
 /// What is too slow to be seen in a short window, or hidden by noise, is seen in a long one.

@@ -64,6 +64,12 @@ TEST(StepBack, FromWhatItHolds_OrWhatItDoesNotTouch_IsNone) {
   EXPECT_TRUE(find_step_back(*model, configuration(*model, -0.05)).empty());
 }
 
+TEST(TouchesObjects, RobotsAloneCount) {
+  const auto model = scene_of(-0.1);  // the ball touches the ground
+  EXPECT_TRUE(touches_objects(*model, configuration(*model, 0.0)));
+  EXPECT_FALSE(touches_objects(*model, configuration(*model, -0.05)));
+}
+
 /// A slide along y in place of the free ball, alone or on another object above the ground.
 std::shared_ptr<const world::Model> slide_scene(bool on_object) {
   world::Scene scene = dynamics::test::empty_scene();

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "stiction/execution/closed_loop/step_back.hpp"
 #include "stiction/execution/open_loop/fall.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -17,6 +19,8 @@ namespace {
 constexpr int kMostWindows = 10;
 /// The fingers catch an object that moves farther than this while commands rest [tolerances of the goal].
 constexpr double kLeaves = 0.2;
+/// The way of a moving object is searched in such parts for what stops it, up to the longest way [lengths of the object].
+constexpr double kPart = 0.25, kFarthest = 100;
 /// Time between two choices of finger commands [s].
 constexpr double kChoicePeriod = 0.01;
 
@@ -211,6 +215,36 @@ void CommandedRobot::check_fall() {
     out_.dropped = i;
     end(RunEnd::Dropped, fmt::format("'{}' fell", model_.objects()[static_cast<std::size_t>(i)].name));
   }
+}
+
+Eigen::VectorXd CommandedRobot::expected(double time) const {
+  if (watch_.rests(kThere / thinking_time()) || touches_objects(model_, measured_.q)) return rest();
+  const Eigen::VectorXd end = watch_.expected(time);
+  double ways = 0;  // of the object that goes farthest [lengths of the object]
+  for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
+    const Eigen::Vector3d way = world::object_pose(model_, end, i).p - world::object_pose(model_, rest(), i).p;
+    ways = std::max(ways, way.norm() / model_.scales().object(i).length);
+  }
+  contact::GeometryWorkspace work(model_);
+  Eigen::VectorXd out = rest();
+  if (ways > kFarthest) time *= kFarthest / ways, ways = kFarthest;
+  const int parts = static_cast<int>(std::ceil(ways / kPart));
+  for (int k = 1; k <= parts; ++k) {
+    Eigen::VectorXd q = watch_.expected(time * k / parts);
+    if (planning::calc_penetration(model_, q, work) > 1) break;
+    out = std::move(q);
+  }
+  return out;
+}
+
+/// Mean time of the regrasps of this run [s]; 0 before the first one.
+double CommandedRobot::approach_time() const {
+  double sum = 0;
+  int regrasps = 0;
+  for (const RunPiece& piece : out_.pieces) {
+    if (piece.kind == planning::SegmentKind::Regrasp) sum += piece.end_s - piece.begin_s, ++regrasps;
+  }
+  return regrasps > 0 ? sum / regrasps : 0;
 }
 
 /// Mean time on the plant's clock that a search took in this run [s]; 0 before the first search.

@@ -69,12 +69,17 @@ class CommandedRobot {
   const Eigen::VectorXd& u() const { return u_; }           ///< commands in force (n_a)
   /// Configuration with the mean object poses of the last looks (n_q).
   Eigen::VectorXd rest() const { return watch_.mean(); }
+  /// The same after some time [s]: objects that the robot does not touch, and that do not rest, go on moving as they
+  /// do, up to what is in their way.
+  Eigen::VectorXd expected(double time) const;
   double goal_share(const Eigen::VectorXd& q) const;  ///< distance of the object from the goal [tolerances]
   /// The object is at the goal. If the goal need not be held, it suffices that the object was there.
   bool is_at_goal() const { return touch_ || goal_share(rest()) <= 1; }
   bool has_touched() const { return touch_.has_value(); }  ///< the object was seen at a goal that need not be held
   /// True if a plan from q can begin: the object is within `near` tolerances of q, and the joints are as near as a push moves them between two looks.
   bool is_at(const Eigen::VectorXd& q, double near) const;
+  double thinking_time() const;
+  double approach_time() const;
   bool looked() const { return looked_; }  ///< the last tick took a look at the objects
   bool caught() const { return caught_; }  ///< fingers moved to catch the object since the last command of a plan
   /// True if the objects are away, or were put elsewhere since the motion began.
@@ -113,7 +118,6 @@ class CommandedRobot {
   double depth(const Eigen::VectorXd& q, int object) const;
   void set_floor(const Eigen::MatrixXd& planned);
   void check_fall();
-  double thinking_time() const;
   bool is_last_goal() const { return goal_ + 1 == goals_.size(); }
   void leave_goal(bool reached);
   void look_back(double since);

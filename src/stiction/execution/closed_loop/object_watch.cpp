@@ -120,6 +120,19 @@ Eigen::VectorXd ObjectWatch::mean(std::size_t begin, std::size_t end) const {
   return out;
 }
 
+Eigen::VectorXd ObjectWatch::expected(double time) const {
+  const std::size_t half = seen_.size() / 2;
+  Eigen::VectorXd out = mean();
+  if (half == 0) return out;
+  const auto time_of = [&](std::size_t begin, std::size_t end) { return 0.5 * (seen_[begin].time + seen_[end - 1].time); };
+  const double between = time_of(half, seen_.size()) - time_of(0, half);
+  Eigen::VectorXd way(model_.n_v());
+  world::local(model_, mean(0, half), mean(half, seen_.size()), way);
+  way.tail(model_.n_a()).setZero();
+  world::retract(model_, mean(), way * (time / between), out);
+  return out;
+}
+
 double share_off_path(const world::Model& model, const Trajectory& trajectory, double begin, double end, double interval,
                       const Eigen::VectorXd& q, const planning::Goal& goal, bool last_push) {
   Eigen::VectorXd planned(model.n_q());

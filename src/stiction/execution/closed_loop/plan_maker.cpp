@@ -55,13 +55,13 @@ bool PlanMaker::prepare(Preparation preparation) {
 /// Asks the planner. @returns false if the run is over
 bool PlanMaker::ask(const PlanRequest& request, Answer& answer) {
   robot_.enter(RunState::Replan);
-  Question question{.q = robot_.rest(),
+  const double begin = robot_.now(), arrival = begin + robot_.thinking_time() + robot_.approach_time();
+  Question question{.q = robot_.expected(arrival - begin),
                     .u = robot_.u(),
                     .number = out_.plans.size(),
                     .friction = request.with_scene_friction ? 1 : how_.friction,
                     .is_short = request.is_short};
   if (!real_time_) question.time_left = how_.duration - robot_.now();
-  const double begin = robot_.now();
   const auto work = [&](const core::RunControl& control) { answer = source_.ask(question, control); };
   const bool goes_on = real_time_ ? think_beside(work) : think_first(work, answer);
   planning::PlanResult& result = answer.result;
@@ -69,8 +69,21 @@ bool PlanMaker::ask(const PlanRequest& request, Answer& answer) {
       {begin, result.wall_s, answer.processor_s, robot_.now() - begin, result.status, request.cause, result.reason, answer.joined});
   out_.planning_s += result.wall_s;
   if (!goes_on) return false;
-  answer.late = answer.trajectory && !robot_.is_at(question.q, how_.off_at_the_end);
+  if (answer.trajectory && !meet(question, arrival, answer)) return false;
   if (!out_.first_plan && !answer.joined) out_.first_plan = std::move(result);
+  return true;
+}
+
+/// Waits until the objects are about to come to the start of the plan, if they roll or slide there. @returns false if the run is over
+bool PlanMaker::meet(const Question& question, double arrival, Answer& answer) {
+  const Trajectory& trajectory = *answer.trajectory;
+  const bool regrasps = !trajectory.pieces.empty() && trajectory.pieces[0].kind == planning::SegmentKind::Regrasp;
+  const double approach = regrasps ? trajectory.times[trajectory.pieces[0].last_knot] : 0;
+  const auto off = [&] { return share_between(model_, robot_.expected(approach), question.q, robot_.problem().goal); };
+  while (off() > how_.off_at_the_end && robot_.now() < arrival - approach) {
+    if (!robot_.hold_tick()) return false;
+  }
+  answer.late = off() > how_.off_at_the_end;
   return true;
 }
 

@@ -27,6 +27,7 @@ class PlanMaker {
   bool count();
   bool prepare(Preparation preparation);
   bool ask(const PlanRequest& request, Answer& answer);
+  bool meet(const Question& question, double arrival, Answer& answer);
   template <class Work>
   bool think_first(const Work& work, const Answer& answer);
   template <class Work>

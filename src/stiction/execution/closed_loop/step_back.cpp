@@ -26,17 +26,33 @@ std::vector<char> find_kept(const world::Model& model, const world::Kinematics& 
   return kept;
 }
 
+void find_contacts(const world::Model& model, const Eigen::VectorXd& q, contact::GeometryWorkspace& work) {
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
+}
+
+/// Twice the tolerance of contacts, because an object that leans trembles.
+bool is_touch(const world::Model& model, const contact::Contact& c) { return c.phi <= 2 * model.scales().contact_tolerance(c.pair); }
+
 }  // namespace
+
+bool touches_objects(const world::Model& model, const Eigen::VectorXd& q) {
+  const world::RobotChains chains(model);
+  contact::GeometryWorkspace work(model);
+  find_contacts(model, q, work);
+  return std::ranges::any_of(work.contacts, [&](const auto& c) {
+    return chains.touches_object(c.pair) && chains.mask_of_pair(c.pair) != 0 && is_touch(model, c);
+  });
+}
 
 std::vector<Eigen::VectorXd> find_step_back(const world::Model& model, Eigen::VectorXd q) {
   const world::RobotChains chains(model);
   contact::GeometryWorkspace work(model);
-  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
-  contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
+  find_contacts(model, q, work);
   std::vector<char> touched(model.objects().size(), 0), stands = find_kept(model, work.kinematics);
   world::ChainMask moving = 0;
   for (const auto& c : work.contacts) {
-    if (c.phi > 2 * model.scales().contact_tolerance(c.pair)) continue;  // twice the tolerance, because an object that leans trembles
+    if (!is_touch(model, c)) continue;
     if (const int object = world::object_on_ground(model, c.pair); object >= 0) stands[static_cast<std::size_t>(object)] = 1;
     if (!chains.touches_object(c.pair)) continue;
     moving |= chains.mask_of_pair(c.pair);

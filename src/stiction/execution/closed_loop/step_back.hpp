@@ -14,4 +14,7 @@ namespace stiction::execution {
 /// Tests: tests/execution/step_back_test.cpp
 std::vector<Eigen::VectorXd> find_step_back(const world::Model& model, Eigen::VectorXd q);
 
+/// True if a robot touches an object, or nearly does. @param q  measured configuration (n_q)
+bool touches_objects(const world::Model& model, const Eigen::VectorXd& q);
+
 }  // namespace stiction::execution
