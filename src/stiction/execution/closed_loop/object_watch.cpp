@@ -129,6 +129,8 @@ Eigen::VectorXd ObjectWatch::expected(double time) const {
   Eigen::VectorXd way(model_.n_v());
   world::local(model_, mean(0, half), mean(half, seen_.size()), way);
   way.tail(model_.n_a()).setZero();
+  for (const world::ObjectInfo& object : model_.objects())
+    if (object.n_v == 1) way[object.v_begin] = 0;
   world::retract(model_, mean(), way * (time / between), out);
   return out;
 }

@@ -41,7 +41,8 @@ class ObjectWatch {
   void forget_motion(double slow = std::numeric_limits<double>::infinity());
   /// Configuration with the mean object poses of the window and the last joint positions (n_q).
   Eigen::VectorXd mean() const { return mean(begin_of(window_), seen_.size()); }
-  /// The same for a time to come, if the objects go on as they moved from the first half of the looks to the second. @param time  from now on [s], ≥ 0
+  /// The same for a time to come, if free and planar objects go on as they moved from the first half of the looks to the second. Hinges and sliders, whose
+  /// friction and limits stop them, stay. @param time  from now on [s], ≥ 0
   Eigen::VectorXd expected(double time) const;
 
  private:
