@@ -142,15 +142,21 @@ TEST(Run, BoxThatMovedWhileThePlannerWorked_IsPlannedAnew) {
   EXPECT_GT(rig.out.pieces.at(0).begin_s, rig.out.plans[1].time);
 }
 
-/// A ball rolls away all the time. The first plan begins where the ball no more is, and later ones where it will be.
-TEST(Run, BallThatRolls_IsMetWhereItWillBe) {
+/// A ball of radius 0.1 m that rests on the ground at z = 0, and a pusher.
+std::shared_ptr<const world::Model> ball_on_ground(double damping) {
   world::Scene scene = dynamics::test::empty_scene();
   scene.gravity = {0, 0, -9.81};
   scene.objects.push_back(dynamics::test::ball(world::ObjectJoint::Free, 1, 0.1, 1));
+  scene.objects[0].joint_damping = damping;
   scene.robots.push_back(dynamics::test::pusher(0.1));
   scene.fixed.push_back(dynamics::test::half_space(Eigen::Vector3d::UnitZ(), {0, 0, -0.1}, 1));
+  return world::Model::make(scene);
+}
+
+/// A ball rolls away all the time. The first plan begins where the ball no more is, and later ones where it will be.
+TEST(Run, BallThatRolls_IsMetWhereItWillBe) {
   BoxRun rig;
-  rig.model = rig.problem.model = world::Model::make(scene);
+  rig.model = rig.problem.model = ball_on_ground(0);
   rig.problem.q_start = rig.model->neutral();
   rig.problem.q_start[rig.model->n_qu()] = -0.4;
   rig.problem.goal.X_WG = {Eigen::Matrix3d::Identity(), {0, 0.9, 0}};
@@ -163,6 +169,21 @@ TEST(Run, BallThatRolls_IsMetWhereItWillBe) {
   EXPECT_EQ(rig.out.plans[1].cause, "the object moved while the planner worked");
   ASSERT_FALSE(rig.out.pieces.empty());
   EXPECT_EQ(rig.out.pieces[0].plan, 1) << "the second plan was carried out";
+}
+
+/// A damped ball sinks at 20 mm/s, which counts as rest. The planner, whose objects fall at once, says that it does not rest.
+TEST(Run, ObjectThatCreeps_IsWaitedFor) {
+  BoxRun rig;
+  rig.model = rig.problem.model = ball_on_ground(9.81 / 0.02);
+  rig.problem.q_start = rig.model->neutral();
+  rig.problem.q_start[2] = 0.1;
+  rig.problem.q_start[rig.model->n_qu()] = -0.4;
+  rig.problem.goal.X_WG = {};
+  rig.problem.goal.tol_position = 0.03, rig.problem.goal.tol_angle = 3.2;
+  ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+  ASSERT_GE(rig.out.plans.size(), 2U);
+  EXPECT_NE(rig.out.plans[0].reason.find("does not rest"), std::string::npos) << rig.out.plans[0].reason;
+  EXPECT_TRUE(rig.out.pieces.empty()) << "nothing had to be pushed";
 }
 
 /// A plant with a clock of its own is commanded while the planner works.

@@ -10,11 +10,18 @@
 #include "stiction/execution/closed_loop/step_back.hpp"
 
 namespace stiction::execution {
+namespace {
+
+/// A run waits so long for objects that creep from where no rest is possible [s], and twice as long each further time, because they may creep slowly.
+constexpr double kFirstWait = 1;
+
+}  // namespace
 
 std::optional<Trajectory> PlanMaker::make(std::string& cause, bool counts) {
   if (counts && !count()) return std::nullopt;
   const auto can_step_back = [&] { return !find_step_back(model_, robot_.q()).empty(); };
   PlanRequest request = first_request(cause, source_.found() > 0 && can_step_back());
+  double wait = kFirstWait;
   for (int refused = 0; refused < how_.refusals; ++refused) {
     Answer answer;
     if (!prepare(request.preparation) || !ask(request, answer)) return std::nullopt;
@@ -24,6 +31,10 @@ std::optional<Trajectory> PlanMaker::make(std::string& cause, bool counts) {
       return std::nullopt;
     }
     if (answer.trajectory) return std::move(answer.trajectory);
+    if (refused + 1 < how_.refusals && answer.slips && (request.with_scene_friction || how_.friction == 1)) {
+      if (!wait_for_rest(wait)) return std::nullopt;
+      wait *= 2;
+    }
     request = next_request(request, answer.slips && how_.friction < 1, can_step_back());
   }
   const std::string& reason = out_.plans.back().reason;
@@ -37,6 +48,15 @@ bool PlanMaker::count() {
   if (replans == how_.replans) return robot_.end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", replans));
   ++replans, ++out_.replans;
   return true;
+}
+
+/// Holds for some time [s], and until the objects rest. @returns false if no plan is needed any more
+bool PlanMaker::wait_for_rest(double time) {
+  const double end = robot_.now() + time;
+  while (robot_.now() < end) {
+    if (!robot_.hold_tick()) return false;
+  }
+  return robot_.settle() && !robot_.is_at_goal();
 }
 
 /// Prepares the robot for the request. @returns false if no plan is needed any more

@@ -25,6 +25,7 @@ class PlanMaker {
 
  private:
   bool count();
+  bool wait_for_rest(double time);
   bool prepare(Preparation preparation);
   bool ask(const PlanRequest& request, Answer& answer);
   bool meet(const Question& question, double arrival, Answer& answer);
