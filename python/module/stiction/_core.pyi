@@ -992,8 +992,8 @@ class RandomizedFirstOrder:
         """
         A scheme that samples configurations and commands from a normal distribution.
 
-          std_q: standard deviations of q in tangent coordinates [m, rad], >= 0: (n_v), or one number for all.
-          std_u: standard deviations of u [m or rad], >= 0: (n_a), or one number for all.
+          std_q: standard deviations of q in tangent coordinates [m, rad], >= 0: (n_v), or (1) for all.
+          std_u: standard deviations of u [m or rad], >= 0: (n_a), or (1) for all.
           samples: number of samples, >= 1.
           seed: of the samples.
         """
@@ -1027,8 +1027,8 @@ class RandomizedZerothOrder:
         """
         A scheme that samples configurations and commands from a normal distribution.
 
-          std_q: standard deviations of q in tangent coordinates [m, rad], >= 0: (n_v), or one number for all.
-          std_u: standard deviations of u [m or rad], >= 0: (n_a), or one number for all.
+          std_q: standard deviations of q in tangent coordinates [m, rad], >= 0: (n_v), or (1) for all.
+          std_u: standard deviations of u [m or rad], >= 0: (n_a), or (1) for all.
           samples: number of samples, >= 1.
           seed: of the samples.
         """
