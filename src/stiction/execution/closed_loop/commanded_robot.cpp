@@ -218,15 +218,15 @@ void CommandedRobot::check_fall() {
 }
 
 Eigen::VectorXd CommandedRobot::expected(double time) const {
-  if (watch_.rests(kThere / thinking_time()) || touches_objects(model_, measured_.q)) return rest();
+  Eigen::VectorXd out = rest();
+  if (watch_.rests(kThere / thinking_time()) || touches_objects(model_, measured_.q)) return out;
   const Eigen::VectorXd end = watch_.expected(time);
   double ways = 0;  // of the object that goes farthest [lengths of the object]
   for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
-    const Eigen::Vector3d way = world::object_pose(model_, end, i).p - world::object_pose(model_, rest(), i).p;
+    const Eigen::Vector3d way = world::object_pose(model_, end, i).p - world::object_pose(model_, out, i).p;
     ways = std::max(ways, way.norm() / model_.scales().object(i).length);
   }
   contact::GeometryWorkspace work(model_);
-  Eigen::VectorXd out = rest();
   if (ways > kFarthest) time *= kFarthest / ways, ways = kFarthest;
   const int parts = static_cast<int>(std::ceil(ways / kPart));
   for (int k = 1; k <= parts; ++k) {
