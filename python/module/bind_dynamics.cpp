@@ -148,6 +148,8 @@ void bind_contact(nb::module_& m) {
       .def_prop_ro("t1_W", of_contact(&contact::Contact::t1_W), "first unit tangent, in W (3)")
       .def_prop_ro("t2_W", of_contact(&contact::Contact::t2_W), "second unit tangent, in W (3)")
       .def_prop_ro("friction", of_contact(&contact::Contact::friction), "friction coefficient")
+      .def_prop_ro("spin", of_contact(&contact::Contact::spin),
+                   "arm of a contact that resists turning [m]: its moment about the normal is spin times the force along t2 (S.26)")
       .def_prop_ro("lambda_", of_impulse(&ContactImpulse::lambda), "impulse along (n, t1, t2) [N s] (3)")
       .def_prop_ro(
           "force", [](const StepContact& c) -> Eigen::Vector3d { return c.impulse.lambda / c.h; }, "force along (n, t1, t2) [N] (3)")

@@ -289,6 +289,7 @@ void bind_plan_contact(nb::module_& m) {
       .def_prop_ro("force", vector(&StoredContact::force_W), "contact force in W, which acts on a; the opposite force acts on b [N] (3)")
       .def_prop_ro("friction", number(&StoredContact::friction), "friction coefficient of the pair")
       .def_prop_ro("gap", number(&StoredContact::gap), "signed distance before the sub-step [m]")
+      .def_prop_ro("moment", number(&StoredContact::moment), "moment about the normal, which acts on a [N m]")
       .def("__repr__", [](const PlanContact& c) {
         return fmt::format("<stiction.PlanContact: {} on {}, {:.4g} N>", c.b, c.a, c.contact.force_W.norm());
       });

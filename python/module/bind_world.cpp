@@ -215,7 +215,7 @@ void bind_records(nb::module_& m) {
       .def_ro("geometry_b", &world::Pair::geometry_b, "index of B in Model.geometries")
       .def_ro("friction", &world::Pair::friction, "friction coefficient of the pair")
       .def_ro("torsional", &world::Pair::torsional,
-              "torsional friction: largest moment about the normal divided by the normal force [m]; 0: none. Only simulation uses it")
+              "torsional friction: largest moment about the normal divided by the normal force [m]; 0: none")
       .def_ro("rolling", &world::Pair::rolling,
               "rolling friction: largest moment about the tangents divided by the normal force [m]. Only simulation uses it")
       .def_ro("max_distance", &world::Pair::max_distance, "the pair counts as a contact only if it is nearer than this [m]");

@@ -27,12 +27,14 @@ constexpr double kReach = 1e-3;  // states count whose features stay the same th
 
 class Differences {
  public:
-  Differences(Fixture& s, int pair, const Vector3d& lambda, const VectorXd& delta) : s_(s), pair_(pair), lambda_(lambda), delta_(delta) {}
+  Differences(Fixture& s, int pair, const Vector3d& lambda, const VectorXd& delta, double spin)
+      : s_(s), pair_(pair), lambda_(lambda), delta_(delta), spin_(spin) {}
 
   std::optional<Contact> contact() {
     std::vector<Contact> out;
     query_pairs(*s_.model, s_.kinematics, std::array{pair_}, 10.0, s_.work, out);
     if (out.empty()) return std::nullopt;
+    for (Contact& c : out) c.spin = spin_;
     return *std::min_element(out.begin(), out.end(), [](const Contact& c, const Contact& d) { return c.phi < d.phi; });
   }
 
@@ -92,6 +94,7 @@ class Differences {
   int pair_;
   Vector3d lambda_;
   VectorXd delta_;
+  double spin_;
 };
 
 struct Errors {
@@ -106,7 +109,8 @@ Errors compare(Fixture& s, int pair, Random& random) {
   const Vector3d lambda = random.in_cube(1.0);
   VectorXd delta(s.model->n_v());
   for (Eigen::Index i = 0; i < delta.size(); ++i) delta[i] = random.uniform(-0.1, 0.1);
-  Differences differences(s, pair, lambda, delta);
+  const double spin = lambda[0] > 0 ? 0.05 : 0.0;  // half of the contacts resist turning
+  Differences differences(s, pair, lambda, delta, spin);
   const auto c = differences.contact();
   if (!c || std::abs(c->phi) < 2 * kReach || !differences.smooth(kReach)) return {};
   MatrixXd D_tau, D_w, tau_1, w_1, tau_2, w_2;

@@ -101,14 +101,18 @@ TEST_P(BusyScene, AllRows_AreRelativeVelocitiesOfMaterialPoints) {
   int shared = 0, compared = 0;
   for (int i = 0; i < 10; ++i) {
     s.move_to_random(random);
-    for (const Contact& c : s.query_contacts({.margin = 0.2})) {
+    for (Contact& c : s.query_contacts({.margin = 0.2})) {
       const world::Pair& pair = s.model->pairs()[c.pair];
+      c.spin = random.uniform(-0.1, 0.1);
       const MatrixXd J = full_jacobian(s, c);
       for (int k = 0; k < s.model->n_v(); ++k) {
         const VectorXd delta = VectorXd::Unit(s.model->n_v(), k);
         const Vector3d v_a = material_velocity(s, pair.geometry_a, c.p_WA, delta),
                        v_b = material_velocity(s, pair.geometry_b, c.p_WB, delta);
-        const Vector3d want(c.nhat_BA_W.dot(v_a - v_b), c.t1_W.dot(v_a - v_b), c.t2_W.dot(v_a - v_b));
+        const Vector3d arm = c.spin * c.t1_W;
+        const Vector3d at_arm =
+            material_velocity(s, pair.geometry_a, c.p_WA + arm, delta) - material_velocity(s, pair.geometry_b, c.p_WB + arm, delta);
+        const Vector3d want(c.nhat_BA_W.dot(v_a - v_b), c.t1_W.dot(v_a - v_b), c.t2_W.dot(at_arm));
         EXPECT_LE((J.col(k) - want).norm(), 1e-8) << "pair " << c.pair << " coordinate " << s.model->dofs()[k].name;
         shared += v_a.norm() > 1e-3 && v_b.norm() > 1e-3;
         ++compared;
@@ -164,7 +168,8 @@ TEST_P(BusyScene, BatchOfJacobians_EqualsOneByOne) {
   std::vector<double> J(3 * static_cast<std::size_t>(s.model->n_v()));
   for (int i = 0; i < 50; ++i) {
     s.move_to_random(random);
-    const auto contacts = s.query_contacts({.margin = 0.1});
+    auto contacts = s.query_contacts({.margin = 0.1});
+    for (Contact& c : contacts) c.spin = random.uniform(-0.1, 0.1);
     calc_jacobians(*s.model, s.kinematics, contacts, s.work, batch);
     ASSERT_EQ(batch.begin.size(), contacts.size() + 1);
     for (std::size_t c = 0; c < contacts.size(); ++c) {

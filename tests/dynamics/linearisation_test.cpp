@@ -95,6 +95,19 @@ TEST(Linearisation, MotorsThatGiveAllTheyHave_MatchCentralDifferences) {
   EXPECT_GT(run_scene(scene, options, 0.0, 20), 5);
 }
 
+TEST(Linearisation, ContactsThatResistTurning_MatchCentralDifferences) {
+  world::Scene scene = empty_scene();
+  scene.contact_distance = 0.2;
+  scene.gravity = {0, 0, -9};
+  scene.objects = {free_object(world::Cylinder{0.04, 0.06})};
+  scene.objects[0].geometries[0].rule = {.dimension = 4, .torsional = 0.02};
+  scene.robots = {wrist("hand_turning", world::Capsule{0.03, 0.05})};
+  scene.robots[0].X_WBase.p = {0.02, 0.07, 0.03};
+  scene.fixed = {half_space({0, 0, 1}, {0, 0, -0.1}, 0.6)};
+  (void)run_scene(scene, {.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 40);
+  (void)run_scene(scene, {.regularisation = FixedEpsilon{3}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 10);
+}
+
 TEST(Linearisation, ObjectsWithOffsetCentres_MatchCentralDifferences) {
   for (const auto joint : {world::ObjectJoint::Hinge, world::ObjectJoint::Slider, world::ObjectJoint::PlanarYZ, world::ObjectJoint::Free}) {
     SCOPED_TRACE(static_cast<int>(joint));

@@ -211,6 +211,7 @@ TEST_F(CheckTest, Forgeries_AreCaughtByTheRightCheck) {
       {"force removed", "stored_force", [](PlanFile& p) { middle(p).contacts.clear(); }},
       {"force out of its cone", "stored_cone",
        [](PlanFile& p) { middle(p).contacts[0].force_W += 50 * middle(p).contacts[0].normal_W.unitOrthogonal(); }},
+      {"moment of a contact that is a point", "stored_cone", [](PlanFile& p) { middle(p).contacts[0].moment = 0.1; }},
       {"pulling force", "stored_cone", [](PlanFile& p) { middle(p).contacts[0].force_W *= -1; }},
       {"other friction", "dynamics", [](PlanFile& p) { p.step.friction_scale = 3; }},
       {"other time step", "dynamics", [](PlanFile& p) { p.step.h *= 2; }},

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/check.hpp"
 #include "support/temporary_folder.hpp"
 #include "tasks/scripted_plan.hpp"
 
@@ -73,6 +74,39 @@ TEST_F(PlanFiles, FrictionLaw_IsKeptAndAnitescusWhereThereIsNone) {
   EXPECT_EQ(parse_plan(j.dump(), "plan.json").step.friction_law, dynamics::FrictionLaw::Coulomb);
   j["step"].erase("friction_law");
   EXPECT_EQ(parse_plan(j.dump(), "plan.json").step.friction_law, dynamics::FrictionLaw::Anitescu);
+}
+
+/// The two rows of a contact that resists turning are one contact of the file, with the moment of both.
+TEST_F(PlanFiles, ContactThatResistsTurning_IsOneContactWithAMoment) {
+  Task task = load_task("allegro_ball");
+  world::Scene scene = task.model->scene();
+  scene.objects[0].geometries[0].rule = {.dimension = 4, .torsional = 0.01};
+  task.model = world::Model::make(scene);
+  const Eigen::VectorXd u = task.problem.q_start.tail(16);
+  Eigen::VectorXd closed = u;
+  for (const int j : {1, 2, 5, 6, 9, 10, 14, 15}) closed[j] += 0.1;
+  const ScriptedPlan plan = run_script(std::move(task), {closed, u});
+  CheckReport report;
+  ASSERT_EQ(check_plan(plan.task, plan.file, {}, {}, report), core::Status::Solved);
+  EXPECT_TRUE(report.pass);
+  write_plan(plan.file, dir_ / "plan.json");
+  const PlanFile again = read_plan(dir_);
+  double largest = 0;
+  std::size_t rows = 0, contacts = 0;
+  for (std::size_t s = 0; s < again.segments.size(); ++s) {
+    for (std::size_t k = 0; k < again.segments[s].knots.size(); ++k) {
+      rows += plan.result.plan.segments[s].knots[k].contacts.size();
+      contacts += again.segments[s].knots[k].contacts.size();
+      for (std::size_t c = 0; c < again.segments[s].knots[k].contacts.size(); ++c) {
+        const StoredContact &read = again.segments[s].knots[k].contacts[c], &written = plan.file.segments[s].knots[k].contacts[c];
+        EXPECT_NEAR(read.moment, written.moment, 1e-6);
+        EXPECT_LE(std::abs(read.moment), 0.01 * read.normal_W.dot(read.force_W) + 1e-5);
+        largest = std::max(largest, std::abs(read.moment));
+      }
+    }
+  }
+  EXPECT_GT(largest, 1e-3);
+  EXPECT_GT(rows, contacts);
 }
 
 TEST_F(PlanFiles, Write_LeavesNothingButTheFile) {

@@ -32,14 +32,15 @@ TEST_F(MjcfUnread, UsualValuesAreNotNamed) {
 TEST_F(MjcfUnread, AttributesOfGeoms) {
   EXPECT_EQ(note("margin='0.01'"), "margin of geoms g (contact begins at the surface, so that things rest that much nearer to each other)");
   EXPECT_EQ(note("condim='1'"), "");
-  EXPECT_EQ(note("condim='4'"), "condim 4 and 6 of geoms g (contacts resist turning and rolling in simulation, but plans do without)");
+  EXPECT_EQ(note("condim='4'"), "");
+  EXPECT_EQ(note("condim='6'"), "condim 6 of geoms g (contacts resist rolling in simulation, but plans do without)");
   EXPECT_EQ(note("priority='1'"), "");
   EXPECT_EQ(note("solref='0.01 1'"), "solmix, solref, solimp of geoms g (contacts are rigid)");
   EXPECT_EQ(note("gap='0.01'"), "gap of geoms g (contact_distance of the scene says from where on contacts are looked at)");
   EXPECT_EQ(
       note("margin='0.01' condim='6'"),
-      "margin of geoms g (contact begins at the surface, so that things rest that much nearer to each other); condim 4 and 6 of geoms g "
-      "(contacts resist turning and rolling in simulation, but plans do without)");
+      "margin of geoms g (contact begins at the surface, so that things rest that much nearer to each other); condim 6 of geoms g "
+      "(contacts resist rolling in simulation, but plans do without)");
 }
 
 TEST_F(MjcfUnread, AttributesOfJoints) {

@@ -189,7 +189,7 @@ class Pair:
     @property
     def torsional(self) -> float:
         """
-        torsional friction: largest moment about the normal divided by the normal force [m]; 0: none. Only simulation uses it
+        torsional friction: largest moment about the normal divided by the normal force [m]; 0: none
         """
 
     @property
@@ -712,6 +712,12 @@ class ContactImpulse:
     @property
     def friction(self) -> float:
         """friction coefficient"""
+
+    @property
+    def spin(self) -> float:
+        """
+        arm of a contact that resists turning [m]: its moment about the normal is spin times the force along t2 (S.26)
+        """
 
     @property
     def lambda_(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
@@ -2127,6 +2133,10 @@ class PlanContact:
     @property
     def gap(self) -> float:
         """signed distance before the sub-step [m]"""
+
+    @property
+    def moment(self) -> float:
+        """moment about the normal, which acts on a [N m]"""
 
     def __repr__(self) -> str: ...
 

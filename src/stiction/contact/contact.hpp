@@ -44,8 +44,11 @@ struct Contact {
   Eigen::Vector3d p_WA, p_WB;             ///< witness points [m]
   Eigen::Vector3d nhat_BA_W, t1_W, t2_W;  ///< right-handed frame, n × t1 = t2; in planar models t1 = axis × n and t2 = axis
   double friction = 0;                    ///< μ of the pair
-  Eigen::Vector3d edge_W{0, 0, 0};        ///< unit vector, see PatchPoint; zero if unused
-  Eigen::Vector3d side_W{0, 0, 0};        ///< unit vector, see PatchPoint; zero if unused
+  /// Arm of a contact that resists turning about its normal [m] (S.26): row t2 of J_c belongs to the point p + spin t1, and λ_t2 has the
+  /// moment spin λ_t2 about n. 0: a point without such a moment.
+  double spin = 0;
+  Eigen::Vector3d edge_W{0, 0, 0};  ///< unit vector, see PatchPoint; zero if unused
+  Eigen::Vector3d side_W{0, 0, 0};  ///< unit vector, see PatchPoint; zero if unused
 };
 
 struct QueryOptions {
@@ -82,6 +85,10 @@ class Workspace {
 /// Tests: tests/contact/query_test.cpp
 void query(const world::Model& model, const world::Kinematics& kinematics, const QueryOptions& options, Workspace& work,
            std::vector<Contact>& out);
+
+/// Splits each contact of a pair that resists turning (world::Pair::torsional) into two with the arms ±torsional/μ. The second ones
+/// follow after all others, with ids of their own. In planar models no contact is split.
+void split_turning(const world::Model& model, std::vector<Contact>& contacts);
 
 /// Finds the contacts of the given pairs with phi < cutoff [m], in the given order of pairs; max_distance and max_contacts do not apply.
 void query_pairs(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices, double cutoff,

@@ -61,7 +61,8 @@ enum Row {
   kSlipB = 39,
   kCarryA = 42,  // c_j × f
   kCarryB = 45,
-  kRows = 48
+  kTurnMoment = 48,  // W × (spin λ_t2 n)
+  kRows = 51
 };
 
 /// The data of one contact during the computation.
@@ -77,6 +78,7 @@ struct Pass {
   Eigen::Matrix2d roll;               // rolling of this point, see the function that computes it
   double* rows;                       // kRows × padded
   int padded = 0;                     // columns, a multiple of four
+  Vector3d moment;                    // spin λ_t2 n, in the contact frame
   Vector3d sum_spin[2], sum_move[2];  // sums of δq over all coordinates, for A and B
 
   double* row(int r) const { return rows + r * padded; }
@@ -235,6 +237,13 @@ void calc_gaps(const Pass& pass, double* D_w) {
   for (int j = 0; j < k; j += 4) {
     const Follow go = of_patch ? follow_patch(pass, j) : follow(pass, j);
     Vec dw = velocity_change(pass, 0, j, go.s_a) - velocity_change(pass, 1, j, go.s_b) - cross(go.frame, relative);
+    if (pass.contact.spin != 0) {
+      const Vec turned = cross(pass.get(kSpinA, j), all(pass.sum_spin[0]) - pass.get(kSumSpinA, j)) -
+                         cross(pass.get(kSpinB, j), all(pass.sum_spin[1]) - pass.get(kSumSpinB, j)) -
+                         cross(go.frame, all(Vector3d(pass.sum_spin[0] - pass.sum_spin[1])));
+      dw.t2 += all(pass.contact.spin) * turned.n;
+      pass.set(kTurnMoment, j, cross(go.frame, all(pass.moment)));
+    }
     const int n = std::min(4, k - j);
     for (int x = 0; x < n; ++x) {
       D_w[j + x] = dw.n[x] + pass.J[j + x] + go.beyond[x];
@@ -263,10 +272,15 @@ void calc_wrenches(const Pass& pass, double* D_tau) {
       const Vec force = pass.get(kTurnFrame, j), turn = together * pass.get(kTurnAxes, j);
       const Vec slip = a * pass.get(kSlipA, j) - b * pass.get(kSlipB, j), carry = a * pass.get(kCarryA, j) - b * pass.get(kCarryB, j);
       const Four first = load(pass.row(kFirstAbove) + j);
+      Vec moment{zero, zero, zero}, moment_turn{zero, zero, zero};
+      if (pass.contact.spin != 0) {
+        moment = (a - b) * pass.get(kTurnMoment, j);
+        moment_turn = (a - b) * together * cross(all(pass.moment), pass.get(kSpin, j));
+      }
       const int n = std::min(4, k - j);
       for (int i = run.column; i < run.column + run.count; ++i) {
         const Four above = all(i) >= first ? one : zero;
-        const Vec F = force + above * turn, M = slip + (one - above) * carry;
+        const Vec F = force + above * turn, M = slip + moment + above * moment_turn + (one - above) * carry;
         const Four value = all(pass.J[i]) * F.n + all(pass.J[k + i]) * F.t1 + all(pass.J[2 * k + i]) * F.t2 +
                            all(pass.row(kSpin)[i]) * M.n + all(pass.row(kSpin + 1)[i]) * M.t1 + all(pass.row(kSpin + 2)[i]) * M.t2;
         double* to = D_tau + i * k + j;
@@ -280,12 +294,12 @@ void calc_wrenches(const Pass& pass, double* D_tau) {
   }
 }
 
-/// Size of the largest pair that has joints which follow others.
+/// Size of the largest pair that has joints which follow others, or a moment about the normal.
 int calc_unfolded_size(const Workspace::Impl& w, std::span<const Contact> contacts) {
   int size = 0;
   for (const Contact& c : contacts) {
     const PairData& pair = w.pairs[static_cast<std::size_t>(c.pair)];
-    if (pair.folded) size = std::max(size, 6 * pair.n_axes + pair.n_axes * (pair.n_axes + pair.n_columns));
+    if (pair.folded || c.spin != 0) size = std::max(size, 6 * pair.n_axes + pair.n_axes * (pair.n_axes + pair.n_columns));
   }
   return size;
 }
@@ -330,7 +344,8 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
   out.D_tau_q.resize(static_cast<std::size_t>(size));
   out.D_w_q.resize(J.values.size());
   const auto rows_size = static_cast<std::size_t>(kRows * ((static_cast<int>(w.axes.size()) + 3) / 4 * 4));
-  // After the rows, for a pair with joints that follow others: J, D_w and D_tau over its axes, and D_tau with folded columns.
+  // After the rows, for a pair with joints that follow others: J, D_w and D_tau over its axes, and D_tau with folded columns. For a contact
+  // with a moment about its normal: J of its point.
   out.scratch.resize(rows_size + static_cast<std::size_t>(calc_unfolded_size(w, contacts)));
   if (out.scratch.size() > rows_size) detail::fill_screws(w, kinematics);
 
@@ -344,12 +359,13 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
     const int n = pair.n_axes;
     double* own_J = out.scratch.data() + rows_size;
     double *own_D_w = own_J + 3 * n, *own_D_tau = own_D_w + 3 * n, *half_folded = own_D_tau + n * n;
-    if (pair.folded) detail::fill_axis_columns(w, contact, own_J);
+    const bool own = pair.folded || contact.spin != 0;
+    if (own) detail::fill_axis_columns(w, contact, own_J);
     Pass pass{w,
               pair,
               contact,
               lambda[i],
-              pair.folded ? own_J : J.values.data() + J.begin[i],
+              own ? own_J : J.values.data() + J.begin[i],
               contact.reference != PatchSide::None ? detail::Rolling() : calc_rolling(w, kinematics, pair, contact),
               detail::calc_frame_spin(contact, w.planar_axis),
               in_frame(contact.edge_W),
@@ -357,6 +373,7 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
               calc_roll(w, kinematics, pair, contact),
               out.scratch.data(),
               (pair.n_axes + 3) / 4 * 4,
+              {contact.spin * lambda[i][2], 0, 0},
               {},
               {}};
     fill_coordinates(model, kinematics, delta, pass);

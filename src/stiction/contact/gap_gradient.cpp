@@ -16,7 +16,7 @@ std::vector<char> joint_flags(const Model& model, std::span<const int> joints) {
 void calc_gap_gradient(const Model& model, const Contact& contact, const std::vector<char>& moving, const Kinematics& kinematics,
                        Eigen::Ref<Eigen::VectorXd> gradient) {
   gradient.setZero();
-  visit_relative_motion(model, kinematics, contact, [&](const world::Axis& axis, const Eigen::Vector3d& v) {
+  visit_relative_motion(model, kinematics, contact, [&](const world::Axis& axis, const Eigen::Vector3d& v, const Eigen::Vector3d&) {
     const int joint = axis.dof - model.n_vu();
     if (joint >= 0 && moving[static_cast<std::size_t>(joint)]) gradient[joint] += axis.ratio * contact.nhat_BA_W.dot(v);
   });

@@ -64,11 +64,11 @@ void calc_jacobian(const world::Model& model, const world::Kinematics& kinematic
   const std::vector<int>& support = model.supports()[model.pairs()[contact.pair].support];
   const int k = static_cast<int>(support.size());
   std::fill_n(J, 3 * k, 0.0);
-  visit_relative_motion(model, kinematics, contact, [&](const world::Axis& axis, const Vector3d& v) {
+  visit_relative_motion(model, kinematics, contact, [&](const world::Axis& axis, const Vector3d& v, const Vector3d& w) {
     const auto c = std::lower_bound(support.begin(), support.end(), axis.dof) - support.begin();
     J[c] += axis.ratio * contact.nhat_BA_W.dot(v);
     J[k + c] += axis.ratio * contact.t1_W.dot(v);
-    J[2 * k + c] += axis.ratio * contact.t2_W.dot(v);
+    J[2 * k + c] += axis.ratio * (contact.t2_W.dot(v) + contact.spin * contact.nhat_BA_W.dot(w));
   });
 }
 
@@ -99,6 +99,20 @@ void detail::fill_axis_columns(const Workspace::Impl& w, const Contact& contact,
       fill_columns(make_wrenches(rows, contact.p_WA, 1.0), from, run.count, to, pair.n_axes);
     } else {
       fill_columns(make_wrenches(rows, contact.p_WB, -1.0), from, run.count, to, pair.n_axes);
+    }
+  }
+}
+
+void detail::add_spin(const Workspace::Impl& w, const Contact& contact, double* J) {
+  const Workspace::Impl::PairData& pair = w.pairs[contact.pair];
+  const Vector3d moment = contact.spin * contact.nhat_BA_W;
+  double* t2 = J + 2 * pair.n_axes;
+  for (int r = pair.run_begin; r < pair.run_end; ++r) {
+    const Workspace::Impl::ColumnRun& run = w.column_runs[r];
+    if (run.moves_a == run.moves_b) continue;  // no relative rotation
+    const Vector3d towards = run.moves_a ? moment : Vector3d(-moment);
+    for (int i = 0; i < run.count; ++i) {
+      t2[run.column + i] += towards.dot(Eigen::Map<const Vector3d>(w.screw.data() + kScrew * (run.axis + i)));
     }
   }
 }
@@ -135,7 +149,9 @@ void calc_jacobians(const world::Model&, const world::Kinematics& kinematics, st
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Workspace::Impl::PairData& pair = w.pairs[contacts[i].pair];
     double* J = out.values.data() + out.begin[i];
-    detail::fill_axis_columns(w, contacts[i], pair.folded ? w.unfolded.data() : J);
+    double* columns = pair.folded ? w.unfolded.data() : J;
+    detail::fill_axis_columns(w, contacts[i], columns);
+    if (contacts[i].spin != 0) detail::add_spin(w, contacts[i], columns);
     if (pair.folded) detail::fold_columns(w, pair, 3, w.unfolded.data(), J);
   }
 }

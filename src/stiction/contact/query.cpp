@@ -33,6 +33,7 @@ constexpr double kPartedBy = 1e-8;
 
 /// Clears the patch fields that an earlier contact left in this element. Only points of a patch use these fields.
 inline void forget_patch(Contact& c) {
+  c.spin = 0;
   if (c.reference == PatchSide::None) return;
   c.reference = PatchSide::None;
   c.kind = PatchPoint::Vertex;
@@ -182,6 +183,7 @@ int Workspace::Impl::fill_patch(int pair, double limit, double near, Contact* ou
     to.p_WA = from.at.p_WA;
     to.p_WB = from.at.p_WB;
     to.friction = p.friction;
+    to.spin = 0;
     to.reference = from.reference;
     to.kind = from.kind;
     to.edge_W = from.edge_W;
@@ -309,6 +311,20 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
 
   const std::optional<int>& most = model.scene().max_contacts;
   if (most && static_cast<int>(out.size()) > *most) keep_nearest(*most, w, out);
+}
+
+void split_turning(const world::Model& model, std::vector<Contact>& contacts) {
+  constexpr std::uint64_t kTwin = 1ull << 50;  // beyond every pair
+  if (model.planar_axis()) return;
+  const std::size_t n = contacts.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const world::Pair& pair = model.pairs()[static_cast<std::size_t>(contacts[i].pair)];
+    if (pair.torsional == 0 || pair.friction == 0) continue;
+    contacts[i].spin = pair.torsional / pair.friction;
+    Contact& twin = contacts.emplace_back(contacts[i]);
+    twin.spin = -twin.spin;
+    twin.id += kTwin;
+  }
 }
 
 void query_pairs(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices, double cutoff,

@@ -8,8 +8,8 @@
 
 namespace stiction::contact {
 
-/// Calls add(axis, v) for every axis that moves a body of the contact. v = v_A(p_WA) − v_B(p_WB) is the relative velocity due to this axis.
-/// An axis that moves both bodies only turns the gap.
+/// Calls add(axis, v, w) for every axis that moves a body of the contact. v = v_A(p_WA) − v_B(p_WB) and w = ω_A − ω_B are the relative
+/// velocities due to this axis. An axis that moves both bodies only turns the gap.
 /// @param kinematics  kinematics at the configuration of the contact
 template <class Add>
 void visit_relative_motion(const world::Model& model, const world::Kinematics& kinematics, const Contact& contact, const Add& add) {
@@ -22,15 +22,16 @@ void visit_relative_motion(const world::Model& model, const world::Kinematics& k
   const auto visit = [&](int column, bool moves_a, bool moves_b) {
     const world::Axis axis = world::axis_at(model, column);
     const Eigen::Vector3d direction = kinematics.axis_W.col(column), origin = kinematics.origin_W.col(column);
-    Eigen::Vector3d v = Eigen::Vector3d::Zero();
+    Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
     if (axis.kind == world::DofKind::Prismatic) {
       if (moves_a != moves_b) v = moves_a ? direction : Eigen::Vector3d(-direction);
     } else if (moves_a && moves_b) {
       v = direction.cross(contact.p_WA - contact.p_WB);
     } else {
       v = moves_a ? direction.cross(contact.p_WA - origin) : direction.cross(origin - contact.p_WB);
+      w = moves_a ? direction : Eigen::Vector3d(-direction);
     }
-    add(axis, v);
+    add(axis, v, w);
   };
   for (const int column : axes_a) visit(column, true, has(axes_b, column));
   for (const int column : axes_b) {

@@ -128,8 +128,10 @@ struct Workspace::Impl {
 
 namespace detail {
 
-/// Rows n, t1, t2 of a contact over the axes of its pair (3 × n_axes), with the kinematics of the last calc_jacobians().
+/// Rows n, t1, t2 of the point of a contact over the axes of its pair (3 × n_axes), with the kinematics of the last calc_jacobians().
 void fill_axis_columns(const Workspace::Impl& w, const Contact& contact, double* J);
+/// Adds spin n·(ω_A − ω_B) to row t2.
+void add_spin(const Workspace::Impl& w, const Contact& contact, double* J);
 /// Turns columns per axis (rows × n_axes) into columns per coordinate that moves the axes (rows × n_columns).
 void fold_columns(const Workspace::Impl& w, const Workspace::Impl::PairData& pair, int rows, const double* from, double* to);
 void fill_screws(Workspace::Impl& w, const world::Kinematics& kinematics);

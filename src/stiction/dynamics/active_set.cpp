@@ -55,8 +55,9 @@ void add_contacts(const StepProgram& program, const RowRule& rule, StepWorkspace
     const bool self = work.self_contact[at(contact.pair)] != 0;
     const double share =
         program.smoothing == nullptr ? 1.0 : std::max(barrier_share(program.model, work.kinematics, contact), rule.least_share);
+    const double part = contact.spin == 0 ? 1.0 : 0.5;  // two rows for one contact
     const double sigma = self ? program.barrier.self_contact : program.barrier.contact;
-    add_contact(program.model, i, options.h, contact.friction * options.friction_scale, share * sigma, work);
+    add_contact(program.model, i, options.h, contact.friction * options.friction_scale, part * share * sigma, work);
   }
 }
 

@@ -29,8 +29,10 @@ void query(const Model& model, double margin, StepWorkspace::Impl& work) {
     if (kept != i) work.contacts[kept] = work.contacts[i];
     ++kept;
   }
-  if (kept == work.contacts.size()) return;
+  const std::size_t found = work.contacts.size();
   work.contacts.resize(kept);
+  contact::split_turning(model, work.contacts);
+  if (work.contacts.size() == found && kept == found) return;
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
 }
 

@@ -29,7 +29,7 @@ Eigen::Matrix<double, 6, 1> calc_wrench(const ContactImpulse& c, double h) {
   const contact::Contact& geometry = c.contact;
   Eigen::Matrix<double, 6, 1> wrench;
   wrench.head<3>() = (geometry.nhat_BA_W * c.lambda[0] + geometry.t1_W * c.lambda[1] + geometry.t2_W * c.lambda[2]) / h;
-  wrench.tail<3>() = geometry.p_WA.cross(wrench.head<3>());
+  wrench.tail<3>() = geometry.p_WA.cross(wrench.head<3>()) + geometry.nhat_BA_W * (geometry.spin * c.lambda[2] / h);
   return wrench;
 }
 

@@ -248,6 +248,7 @@ bool add_met(const Model& model, const StepInput& in, double margin, StepWorkspa
   }
   if (sweep.added.empty()) return false;
   contact::query_pairs(model, work.kinematics, sweep.added, motion, work.contact_work, sweep.contacts);
+  contact::split_turning(model, sweep.contacts);
   for (const contact::Contact& contact : sweep.contacts) {
     work.contacts.push_back(contact);
     if (in.friction) work.contacts.back().friction *= (*in.friction)[contact.pair];

@@ -40,7 +40,7 @@ FileCheck::FileCheck(const Task& task, const PlanFile& plan, const CheckOptions&
       wanted_(plan.options_from_command_line ? searched_ : task.options),
       model_(*task.model),
       work_(model_) {
-  for (const world::Pair& pair : model_.pairs()) friction_[std::minmax(pair.geometry_a, pair.geometry_b)] = pair.friction;
+  for (const world::Pair& pair : model_.pairs()) pairs_[std::minmax(pair.geometry_a, pair.geometry_b)] = &pair;
 }
 
 void FileCheck::run() {
@@ -179,19 +179,22 @@ void FileCheck::check_command(const Eigen::VectorXd& before, const Eigen::Vector
   }
 }
 
-/// Checks ‖f_t‖ ≤ μ f_n with the friction of the scene, and that the file states the same friction. Geometries that form no pair have no
-/// force.
+/// Checks ‖f_t‖ ≤ μ f_n and |τ_n| ≤ μ_t f_n with the friction of the scene, and that the file states the same friction. Geometries that form
+/// no pair have no force.
 void FileCheck::check_cones(const StoredKnot& knot) {
   for (const auto& c : knot.contacts) {
     const auto name = [&] { return here(plan_.geometries[static_cast<std::size_t>(c.a)].name); };
-    const auto pair = friction_.find({std::min(c.a, c.b), std::max(c.a, c.b)});
-    const double mu = pair != friction_.end() ? pair->second : 0;
+    const auto pair = pairs_.find({std::min(c.a, c.b), std::max(c.a, c.b)});
+    const double mu = pair != pairs_.end() ? pair->second->friction : 0, torsional = pair != pairs_.end() ? pair->second->torsional : 0;
     const double f_n = c.force_W.dot(c.normal_W);
     const double f_t = (c.force_W - f_n * c.normal_W).norm();
     const double smallest = model_.scales().robots().force, rounding = 1e-6 * (1 + mu);  // six decimals of a force [N]
     stored_cone_.see(std::abs(c.normal_W.norm() - 1), name);
-    stored_cone_.see((f_t - plan_.step.friction_scale * mu * f_n - rounding) / std::max(c.force_W.norm(), smallest), name);
-    stored_cone_.see(pair != friction_.end() ? std::abs(c.friction - mu) : 1, name);
+    const double scale = plan_.step.friction_scale, largest = std::max(c.force_W.norm(), smallest);
+    stored_cone_.see((f_t - scale * mu * f_n - rounding) / largest, name);
+    const double length = std::max(torsional, world::share::kContact * model_.scales().robots().length);
+    stored_cone_.see((std::abs(c.moment) - scale * torsional * f_n - rounding) / (length * largest), name);
+    stored_cone_.see(pair != pairs_.end() ? std::abs(c.friction - mu) : 1, name);
   }
 }
 

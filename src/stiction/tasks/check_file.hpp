@@ -44,7 +44,7 @@ class FileCheck {
   const planning::PlannerOptions searched_;  ///< options of the plan
   const planning::PlannerOptions wanted_;    ///< options of the task, or options that were given beside it
   const world::Model& model_;
-  std::map<std::pair<int, int>, double> friction_{};  ///< μ of pairs of geometries, the lower one first
+  std::map<std::pair<int, int>, const world::Pair*> pairs_{};  ///< pairs of geometries, the lower one first
   world::KinematicsWorkspace work_;
   world::Kinematics kinematics_;
   Place place_;

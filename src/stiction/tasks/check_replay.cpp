@@ -342,13 +342,14 @@ void Replay::compare_states(const Eigen::VectorXd& a, const Eigen::VectorXd& b, 
 void Replay::check_stored_forces(const Eigen::VectorXd& q_before, const StoredKnot& knot) {
   struct Force {
     int a, b;  // geometries
-    Eigen::Vector3d point_W, force_W;
+    Eigen::Vector3d point_W, force_W, moment_W;
   };
   std::vector<Force> stored, simulated;
-  for (const auto& c : knot.contacts) stored.push_back({c.a, c.b, c.point_W, c.force_W});
+  for (const auto& c : knot.contacts) stored.push_back({c.a, c.b, c.point_W, c.force_W, c.moment * c.normal_W});
   for (const auto& c : result_.contacts) {
     const auto& pair = model_.pairs()[static_cast<std::size_t>(c.contact.pair)];
-    simulated.push_back({pair.geometry_a, pair.geometry_b, c.contact.p_WB, dynamics::calc_wrench(c, step_options_.h).head<3>()});
+    const Eigen::Vector3d moment_W = c.contact.nhat_BA_W * (c.contact.spin * c.lambda[2] / step_options_.h);
+    simulated.push_back({pair.geometry_a, pair.geometry_b, c.contact.p_WB, dynamics::calc_wrench(c, step_options_.h).head<3>(), moment_W});
   }
   double largest = 0;
   for (const auto* forces : {&stored, &simulated}) {
@@ -372,7 +373,7 @@ void Replay::check_stored_forces(const Eigen::VectorXd& q_before, const StoredKn
         double sum = 0;
         for (const Force& f : forces) {
           const double sign = static_cast<double>(moves(f.a)) - static_cast<double>(moves(f.b));
-          sum += sign * direction(f.point_W).dot(f.force_W);
+          sum += sign * (direction(f.point_W).dot(f.force_W) + (revolute ? axis.dot(f.moment_W) : 0));
           if (sign != 0) lever = std::max(lever, direction(f.point_W).norm());
         }
         return sum;

@@ -56,7 +56,20 @@ StoredContact stored(const world::Model& model, const dynamics::ContactImpulse& 
           .normal_W = contact.nhat_BA_W,
           .force_W = (contact.nhat_BA_W * l[0] + contact.t1_W * l[1] + contact.t2_W * l[2]) / h,
           .friction = contact.friction,
-          .gap = contact.phi};
+          .gap = contact.phi,
+          .moment = contact.spin * l[2] / h};
+}
+
+/// Adds a contact to a list. The two rows of a contact that resists turning (S.26) become one.
+void add_contact(const StoredContact& contact, std::vector<StoredContact>& out) {
+  const auto same = std::ranges::find_if(
+      out, [&](const StoredContact& c) { return c.a == contact.a && c.b == contact.b && c.point_W == contact.point_W; });
+  if (same == out.end()) {
+    out.push_back(contact);
+  } else {
+    same->force_W += contact.force_W;
+    same->moment += contact.moment;
+  }
 }
 
 void add_scene(const world::Model& model, const ShownBodies& shown, const world::Kinematics& start, PlanFile& out) {
@@ -167,7 +180,7 @@ StoredKnot stored(const world::Model& model, const dynamics::Knot& knot, const S
     if (model.bodies()[static_cast<std::size_t>(b)].dofs.empty()) continue;
     out.bodies.push_back(to_numbers(kinematics.X_WB[static_cast<std::size_t>(b)]));
   }
-  for (const auto& contact : knot.contacts) out.contacts.push_back(stored(model, contact, h));
+  for (const auto& contact : knot.contacts) add_contact(stored(model, contact, h), out.contacts);
   return out;
 }
 

@@ -23,7 +23,8 @@ struct StoredContact {
   int a = -1, b = -1;                          ///< indices of geometries; the force acts on a, its opposite on b
   Eigen::Vector3d point_W, normal_W, force_W;  ///< [m], from b to a, [N]
   double friction = 0;
-  double gap = 0;  ///< signed distance before the sub-step [m]
+  double gap = 0;     ///< signed distance before the sub-step [m]
+  double moment = 0;  ///< on a, about the normal [N·m]
 };
 
 struct StoredKnot {

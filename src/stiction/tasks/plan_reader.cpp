@@ -53,7 +53,7 @@ Eigen::VectorXd read_state(const Value& v, const PlanFile& plan) {
 }
 
 StoredContact read_contact(const Value& v, const PlanFile& plan) {
-  v.require_keys({"a", "b", "point", "normal", "force", "friction", "gap"});
+  v.require_keys({"a", "b", "point", "normal", "force", "friction", "gap"}, {"moment"});
   const long last = static_cast<long>(plan.geometries.size()) - 1;
   return {.a = static_cast<int>(v.at("a").integer(0, last)),
           .b = static_cast<int>(v.at("b").integer(0, last)),
@@ -61,7 +61,8 @@ StoredContact read_contact(const Value& v, const PlanFile& plan) {
           .normal_W = v.at("normal").vector3(),
           .force_W = v.at("force").vector3(),
           .friction = v.at("friction").nonnegative(),
-          .gap = v.at("gap").number()};
+          .gap = v.at("gap").number(),
+          .moment = v.has("moment") ? v.at("moment").number() : 0};
 }
 
 StoredKnot read_knot(const Value& v, const PlanFile& plan, std::size_t n_moving) {

@@ -124,6 +124,10 @@ void write_knot(Writer& w, const PlanFile& plan, const StoredKnot& knot) {
     w.display(c.friction);
     w.raw(",\"gap\":");
     w.display(c.gap);
+    if (c.moment != 0) {
+      w.raw(",\"moment\":");
+      w.display(c.moment);
+    }
     w.raw("}}");
   });
   w.raw("}}");

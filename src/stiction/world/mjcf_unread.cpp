@@ -56,8 +56,7 @@ class UnreadFinder {
     look_at("margin", "contact begins at the surface, so that things rest that much nearer to each other",
             [&](int g) { return m_.geom_margin[g] != 0; });
     look_at("gap", "contact_distance of the scene says from where on contacts are looked at", [&](int g) { return m_.geom_gap[g] != 0; });
-    look_at("condim 4 and 6", "contacts resist turning and rolling in simulation, but plans do without",
-            [&](int g) { return m_.geom_condim[g] > 3; });
+    look_at("condim 6", "contacts resist rolling in simulation, but plans do without", [&](int g) { return m_.geom_condim[g] > 4; });
     look_at("solmix, solref, solimp", "contacts are rigid",
             [&](int g) { return m_.geom_solmix[g] != 1 || is_soft(m_.geom_solref + mjNREF * g, m_.geom_solimp + mjNIMP * g); });
   }

@@ -54,8 +54,8 @@ struct Pair {
   int support = -1;         ///< index into Model::supports()
   /// Largest sum of the normal forces of its contacts [N]: the limit of the weaker side; infinite if neither side has a limit.
   double max_force = std::numeric_limits<double>::infinity();
-  /// Largest moments about the normal and about the tangents, divided by the normal force [m]; 0 if contacts do not resist them. Only simulations
-  /// use them.
+  /// Largest moments about the normal and about the tangents, divided by the normal force [m]; 0 if contacts do not resist them. Steps and
+  /// simulations use the first one, and only simulations the second one.
   double torsional = 0, rolling = 0;
 };
 

@@ -68,7 +68,7 @@ struct ContactMask {
 };
 
 /// Friction moments of a surface and its priority in a contact, as in MuJoCo's `condim`, `friction` and `priority`. Only simulations use the
-/// moments: a quasi-dynamic step has point contacts.
+/// moment against rolling.
 struct SurfaceRule {
   int dimension = 3;     ///< 1: a contact has no friction; 3: it resists sliding; 4: also turning about the normal; 6: also rolling
   double torsional = 0;  ///< largest moment about the normal, divided by the normal force [m], ≥ 0
