@@ -782,6 +782,31 @@ TEST(Run, FallingObject_EndsTheRun) {
   EXPECT_LT(fallen, 1.5 * L) << "and the run ended at once";
 }
 
+/// A ball that hangs three lengths above the ground comes down first, and the run goes on with it there.
+TEST(Run, ObjectAboveItsSupport_ComesDownAndIsNotDropped) {
+  BoxRun rig;
+  world::Scene scene = load_model("allegro_ball")->scene();
+  Eigen::VectorXd q = planning::test::allegro_start();
+  q[0] = 0.4;  // beside the hand
+  const double radius = std::get<world::Sphere>(scene.objects[0].geometries[0].shape).radius;
+  world::FixedSpec ground;
+  ground.name = "ground";
+  ground.X_WB.p.z() = q[2] - 4 * radius;
+  ground.geometries.push_back({.name = "plane", .shape = world::HalfSpace{}, .X_BG = {}, .friction = 1.0});
+  scene.fixed.push_back(ground);
+  rig.model = rig.problem.model = world::Model::make(scene);
+  rig.problem.q_start = q;
+  rig.problem.goal.X_WG = world::object_pose(*rig.model, q, 0);
+  rig.problem.goal.X_WG.p += Eigen::Vector3d(-0.2, 0, 0.1);
+  rig.planner = {};
+  rig.planner.max_iterations = 3;
+  rig.how.duration = 2;
+  EXPECT_EQ(rig.run(), Status::MaxIterations);
+  EXPECT_NE(rig.out.end, RunEnd::Dropped) << rig.out.message;
+  EXPECT_FALSE(rig.out.plans.empty());
+  EXPECT_NEAR(rig.out.q(2, rig.out.q.cols() - 1), q[2] - 3 * radius, 1e-3);
+}
+
 /// A plan without the time for one is a plan that found nothing, and nobody's wish to stop.
 TEST(Run, PlansHaveTheirTimeOfProcessorsAndNoMore) {
   BoxRun rig;

@@ -10,6 +10,7 @@
 #include "stiction/execution/open_loop/fall.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/planning/contact_limits.hpp"
+#include "stiction/planning/thresholds.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -25,6 +26,20 @@ constexpr double kPart = 0.25, kFarthest = 100;
 constexpr double kChoicePeriod = 0.01;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// Where the objects come to rest if the commands stay (n_q × 1), by quasi-static steps as in the planner; no column if they do not.
+Eigen::MatrixXd find_rest(const std::shared_ptr<const world::Model>& model, const Eigen::VectorXd& q, const Eigen::VectorXd& u) {
+  const double least = world::share::kMotionless * model->scales().robots().length;
+  dynamics::StepWorkspace work(model);
+  dynamics::StepResult step;
+  Eigen::VectorXd at = q;
+  for (int k = 0; k < planning::threshold::kMostSettling; ++k) {
+    if (dynamics::step(*model, {at, u}, {}, work, step) != core::Status::Solved) break;
+    if (world::largest_share(*model, step.delta, least, world::share::kMotionless) <= 1) return at;
+    at = step.q_next;
+  }
+  return Eigen::MatrixXd(model->n_q(), 0);
+}
 
 }  // namespace
 
@@ -89,7 +104,7 @@ bool CommandedRobot::begin() {
   start_ = measured_.time;
   u_ = measured_.u;
   q_plan_ = measured_.q;
-  set_floor({});
+  set_floor(find_rest(problem_.model, measured_.q, u_));  // what hangs above its support comes down first
   out_.goals.push_back({});
   look();
   return !over_;
