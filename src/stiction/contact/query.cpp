@@ -313,6 +313,7 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
   if (most && static_cast<int>(out.size()) > *most) keep_nearest(*most, w, out);
 }
 
+// Two rows of three numbers, and not one of four, because the cone solver knows cones of three only.
 void split_turning(const world::Model& model, std::vector<Contact>& contacts) {
   constexpr std::uint64_t kTwin = 1ull << 50;  // beyond every pair
   if (model.planar_axis()) return;
