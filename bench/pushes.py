@@ -117,13 +117,19 @@ def table(results):
     return "\n".join(lines)
 
 
-def main():
-    parser = make_parser(__doc__.splitlines()[0])
+def make_push_parser(description):
+    """For measurements of pushes: plan and simulation with a friction each."""
+    parser = make_parser(description)
     parser.add_argument("--timeout", type=float, default=60, help="of the planner [s]")
     parser.add_argument("--plan-friction", type=float, default=0.7, help="of the plan, times that of the scene, as in runs")
-    parser.add_argument("--speed", type=float, default=1, help="as of stiction run")
     parser.add_argument("--friction", type=float, default=1, help="of the simulation, times that of the scene")
     parser.add_argument("--processes", type=int, default=1, help="runs at a time")
+    return parser
+
+
+def main():
+    parser = make_push_parser(__doc__.splitlines()[0])
+    parser.add_argument("--speed", type=float, default=1, help="as of stiction run")
     arguments = parser.parse_args()
     measure(arguments, describe, summarise, table, run=Pushes(arguments.timeout, arguments.plan_friction, arguments.speed, arguments.friction), processes=arguments.processes)
 

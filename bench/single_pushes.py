@@ -13,9 +13,9 @@ import typing
 
 import numpy as np
 
-from by_task import make_parser, measure
+from by_task import measure
 from by_task import stiction as st
-from pushes import motion
+from pushes import make_push_parser, motion
 from runs import exit_with
 
 REST = 0.3  # [s]
@@ -104,12 +104,8 @@ def table(results):
 
 
 def main():
-    parser = make_parser(__doc__.splitlines()[0])
-    parser.add_argument("--timeout", type=float, default=60, help="of the planner [s]")
-    parser.add_argument("--plan-friction", type=float, default=0.7, help="of the plan, times that of the scene, as in runs")
-    parser.add_argument("--friction", type=float, default=1, help="of the simulation, times that of the scene")
+    parser = make_push_parser(__doc__.splitlines()[0])
     parser.add_argument("--joint-speed", type=float, default=1, help="of the joint that moves most [rad/s, m/s]")
-    parser.add_argument("--processes", type=int, default=1, help="runs at a time")
     arguments = parser.parse_args()
     run = SinglePushes(arguments.timeout, arguments.plan_friction, arguments.friction, arguments.joint_speed)
     measure(arguments, describe, summarise, table, run=run, processes=arguments.processes)
