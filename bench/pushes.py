@@ -32,16 +32,22 @@ class Pushes:
     columns: typing.ClassVar = ("planned", "held", "reached", "dropped", "ended", "planned_share", "off", "load", "planned_load", "push_s")
 
     def __call__(self, case):
-        task = st.load_task(case.task)
-        found = st.plan(task, seed=case.seed, threads=1, timeout_s=self.timeout_s, options={"friction": self.plan_friction, "tolerance_fraction": 0.5})
-        row = dict.fromkeys(self.columns) | {"status": found.status.name, "message": found.reason}
-        if found.status != st.Status.Solved:
+        task, plan, row = plan_for(case, self)
+        if plan is None:
             return [row]
-        run = st.run(found.plan, replans=0, threads=1, timeout_s=600, duration=600, finger_gait=False, speed=self.speed, friction_scale=self.friction)
-        row |= {"message": "", "planned": count_pieces(found.plan), "held": sum(not piece.given_up for piece in run.pieces), "reached": run.reached, "dropped": run.dropped is not None}
+        run = st.run(plan, replans=0, threads=1, timeout_s=600, duration=600, finger_gait=False, speed=self.speed, friction_scale=self.friction)
+        row |= {"message": "", "planned": count_pieces(plan), "held": sum(not piece.given_up for piece in run.pieces), "reached": run.reached, "dropped": run.dropped is not None}
         if run.pieces and run.pieces[-1].given_up:
             row |= look_at(run, task)
         return [row]
+
+
+def plan_for(case, measurement):
+    """The task of a case, its plan with the options of a run or None, and the row so far."""
+    task = st.load_task(case.task)
+    found = st.plan(task, seed=case.seed, threads=1, timeout_s=measurement.timeout_s, options={"friction": measurement.plan_friction, "tolerance_fraction": 0.5})
+    row = dict.fromkeys(measurement.columns) | {"status": found.status.name, "message": found.reason}
+    return task, found.plan if found.status == st.Status.Solved else None, row
 
 
 def count_pieces(plan):

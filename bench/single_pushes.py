@@ -15,7 +15,7 @@ import numpy as np
 
 from by_task import measure
 from by_task import stiction as st
-from pushes import make_push_parser, motion
+from pushes import make_push_parser, motion, plan_for
 from runs import exit_with
 
 REST = 0.3  # [s]
@@ -31,13 +31,11 @@ class SinglePushes:
     columns: typing.ClassVar = ("pushes", "ways", "off")
 
     def __call__(self, case):
-        task = st.load_task(case.task)
-        found = st.plan(task, seed=case.seed, threads=1, timeout_s=self.timeout_s, options={"friction": self.plan_friction, "tolerance_fraction": 0.5})
-        row = dict.fromkeys(self.columns) | {"status": found.status.name, "message": found.reason}
-        if found.status != st.Status.Solved:
+        task, plan, row = plan_for(case, self)
+        if plan is None:
             return [row]
         plant = st.Plant(task.model, friction_scale=self.friction, effort_limits=True)
-        pushes = list(each_push(found.plan))
+        pushes = list(each_push(plan))
         ways = [tolerances(task, q[0], q[-1]) for _, q in pushes]
         off = [tolerances(task, self.simulate(plant, u, q[0]), q[-1]) for u, q in pushes]
         return [row | {"message": "", "pushes": len(pushes), "ways": listed(ways), "off": listed(off)}]

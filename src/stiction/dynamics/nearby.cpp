@@ -22,6 +22,7 @@ bool has_fixed_gap(const Model& model, const StepWorkspace::Impl& work, std::siz
 
 void query(const Model& model, double margin, StepWorkspace::Impl& work) {
   contact::query(model, work.kinematics, {.margin = margin, .near = work.near}, work.contact_work, work.contacts);
+  contact::split_turning(model, work.contacts);
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
@@ -29,10 +30,8 @@ void query(const Model& model, double margin, StepWorkspace::Impl& work) {
     if (kept != i) work.contacts[kept] = work.contacts[i];
     ++kept;
   }
-  const std::size_t found = work.contacts.size();
+  if (kept == work.contacts.size()) return;
   work.contacts.resize(kept);
-  contact::split_turning(model, work.contacts);
-  if (work.contacts.size() == found && kept == found) return;
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
 }
 

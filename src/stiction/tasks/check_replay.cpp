@@ -348,8 +348,9 @@ void Replay::check_stored_forces(const Eigen::VectorXd& q_before, const StoredKn
   for (const auto& c : knot.contacts) stored.push_back({c.a, c.b, c.point_W, c.force_W, c.moment * c.normal_W});
   for (const auto& c : result_.contacts) {
     const auto& pair = model_.pairs()[static_cast<std::size_t>(c.contact.pair)];
-    const Eigen::Vector3d moment_W = c.contact.nhat_BA_W * (c.contact.spin * c.lambda[2] / step_options_.h);
-    simulated.push_back({pair.geometry_a, pair.geometry_b, c.contact.p_WB, dynamics::calc_wrench(c, step_options_.h).head<3>(), moment_W});
+    const Eigen::Matrix<double, 6, 1> wrench = dynamics::calc_wrench(c, step_options_.h);
+    const Eigen::Vector3d force_W = wrench.head<3>(), moment_W = wrench.tail<3>() - c.contact.p_WA.cross(force_W);
+    simulated.push_back({pair.geometry_a, pair.geometry_b, c.contact.p_WB, force_W, moment_W});
   }
   double largest = 0;
   for (const auto* forces : {&stored, &simulated}) {

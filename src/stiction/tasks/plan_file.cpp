@@ -61,14 +61,16 @@ StoredContact stored(const world::Model& model, const dynamics::ContactImpulse& 
 }
 
 /// Adds a contact to a list. The two rows of a contact that resists turning (S.26) become one.
-void add_contact(const StoredContact& contact, std::vector<StoredContact>& out) {
-  const auto same = std::ranges::find_if(
-      out, [&](const StoredContact& c) { return c.a == contact.a && c.b == contact.b && c.point_W == contact.point_W; });
-  if (same == out.end()) {
+void add_contact(const world::Model& model, const dynamics::ContactImpulse& impulse, double h, std::vector<StoredContact>& out) {
+  const StoredContact contact = stored(model, impulse, h);
+  const auto twin = impulse.contact.spin == 0 ? out.end() : std::ranges::find_if(out, [&](const StoredContact& c) {
+    return c.a == contact.a && c.b == contact.b && c.point_W == contact.point_W;
+  });
+  if (twin == out.end()) {
     out.push_back(contact);
   } else {
-    same->force_W += contact.force_W;
-    same->moment += contact.moment;
+    twin->force_W += contact.force_W;
+    twin->moment += contact.moment;
   }
 }
 
@@ -180,7 +182,7 @@ StoredKnot stored(const world::Model& model, const dynamics::Knot& knot, const S
     if (model.bodies()[static_cast<std::size_t>(b)].dofs.empty()) continue;
     out.bodies.push_back(to_numbers(kinematics.X_WB[static_cast<std::size_t>(b)]));
   }
-  for (const auto& contact : knot.contacts) add_contact(stored(model, contact, h), out.contacts);
+  for (const auto& contact : knot.contacts) add_contact(model, contact, h, out.contacts);
   return out;
 }
 
