@@ -912,6 +912,22 @@ TEST(ObjectWatch, SpeedThatMattersIsLookedForInLongerWindows) {
   }
 }
 
+/// T_f makes windows that are no multiple of the time between looks.
+TEST(ObjectWatch, WindowBetweenTwoLooks_IsCovered) {
+  BoxRun rig;
+  for (const double window : {0.1, 0.1002, 0.1099}) {
+    ObjectWatch watch(*rig.model, rig.problem.goal, window, 0.05);
+    VectorXd q = rig.problem.q_start;
+    for (int k = 0; k <= 100; ++k) {
+      EXPECT_EQ(watch.is_carried(), 0.01 * (k - 1) < window) << k << " looks, window of " << window;
+      q[0] = rig.problem.q_start[0] + 0.5 * rig.problem.goal.tol_position * 0.01 * k;
+      watch.add(0.01 * k, q);
+    }
+    EXPECT_FALSE(watch.rests(0.1)) << "it creeps";
+    EXPECT_TRUE(watch.rests(1)) << "slowly enough";
+  }
+}
+
 TEST(ObjectWatch, ObjectThatCameToRest_IsWhereItRestsAndNotWhereItCameThrough) {
   BoxRun rig;
   ObjectWatch watch(*rig.model, rig.problem.goal, 0.2, 0.05);

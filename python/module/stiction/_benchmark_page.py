@@ -111,14 +111,14 @@ def write_page(report: Report) -> str:
         "`pip install 'stiction[benchmark]'` brings the packages of the scenes; `--scenes FOLDER` finds the packages where wheels are unpacked. "
         "The same command goes on where it was interrupted. It writes task files, `results.csv`, both pages and their pictures.",
         "",
-        f"Each search has {settings['plan_budget_s']:g} s of processor time on one thread. Each run has {settings['duration_s']:g} s by the clock of the plant, on which its plans count with their processor time. "
+        f"Each search has {settings['plan_budget_s']:g} s of processor time on one thread. Each run may take {settings['duration_s']:g} s of simulated time, and the processor time of its plans counts as simulated time. "
         f"Seeds: {', '.join(map(str, sorted({row['seed'] for row in rows})))}. Packages: {packages}.",
         "",
         *([f"There are no pictures: {report.no_pictures}.", ""] if report.no_pictures else []),
         "## Sets",
         "",
     ]
-    head = ["set", "tasks", "runs", "loaded", "planned", "plan accepted", "goal reached", "median plan [s]", "median run [s]"]
+    head = ["set", "tasks", "runs", "loaded", "planned", "plan accepted", "goal reached", "share of runs", "median plan [s]", "median run [s]"]
     lines += table(head, (_set_line(line) for line in summarise(rows)))
     lines += [f"The [most frequent causes]({FAILURES}#most-frequent-causes) of failures are on the other page.", ""]
     lines += write_peers(report.peers) if report.peers else []
@@ -134,7 +134,7 @@ def write_page(report: Report) -> str:
 
 def _set_line(line: Mapping[str, Any]) -> list[str]:
     counts = (str(line[name]) for name in ("tasks", "runs", "loaded", "planned", "accepted", "reached"))
-    return [line["set"], *counts, number(line["median_plan_s"], 2), number(line["median_run_s"], 1)]
+    return [line["set"], *counts, f"{100 * line['reached'] / line['runs']:.0f} %", number(line["median_plan_s"], 2), number(line["median_run_s"], 1)]
 
 
 def _by_task(rows: list[Row]) -> dict[str, list[Row]]:
@@ -151,8 +151,11 @@ def _task_table(rows: list[Row], entries: Mapping[str, Entry], pictures: frozens
         numbers = {column: _median(row[column] for row in group) for column in ("pushes", "replans")}
         picture = f'<img src="{PICTURES}/{name}.webp" width="{PICTURE_WIDTH}" alt="" loading="lazy"><br>' if name in pictures else ""
         planned, reached = _share(group, _planned), _share(filter(_planned, group), lambda row: row["reached"])
-        if any(row["status"] != "Reached" for row in group):  # why is on the other page
-            planned, reached = (planned, f"[{reached}]({FAILURES}#{name})") if reached else (f"[{planned}]({FAILURES}#{name})", reached)
+        why = f"({FAILURES}#{name})"
+        if not all(map(_planned, group)):
+            planned = f"[{planned}]{why}"
+        if any(_planned(row) and not row["reached"] for row in group):
+            reached = f"[{reached}]{why}"
         lines.append(
             [f"{picture}`{name}`", entries[name].test, planned, number(_median(row["plan_s"] for row in group if _planned(row)), 2), number(numbers["pushes"], 0)]
             + [_share(filter(_planned, group), lambda row: row["accepted"]), reached]

@@ -73,9 +73,10 @@ void ObjectWatch::add(double time, const Eigen::VectorXd& q) {
   while (seen_.size() > 1 && seen_[1].time <= time - kLongest * window_) seen_.pop_front();
 }
 
+/// Index of the last look that is at least `window` before the latest one; 0 if there is none, or no look at all.
 std::size_t ObjectWatch::begin_of(double window) const {
-  std::size_t begin = seen_.size();
-  while (begin > 0 && seen_[begin - 1].time >= seen_.back().time - window * (1 + 1e-9)) --begin;
+  std::size_t begin = seen_.empty() ? 0 : seen_.size() - 1;
+  while (begin > 0 && seen_.back().time - seen_[begin].time < window * (1 - 1e-9)) --begin;
   return begin;
 }
 
