@@ -234,22 +234,30 @@ TEST(InertiaLead, SpringsFollowTheirPlan) {
   options.velocity_reference = true;
   const auto plant = simulation::Plant::make(model, options);
   simulation::Workspace work(plant);
-  /// Largest distance of a joint from its plan, at its reach [m].
-  const auto lag = [&](const Trajectory& t, const Eigen::MatrixXd& u) {
+  const Trajectory t = make_trajectory(*model, plan, speeds);
+  constexpr double kBraking = 0.1, kAfter = 1;  // the last command ends the lead, and with it the braking [s]
+  const Eigen::Index n = t.times.size();
+  /// Largest distance of a joint from its plan, at its reach: before the braking and at rest [m].
+  const auto lag = [&](const Eigen::MatrixXd& commands) {
+    VectorXd times(n + 1), q(model->n_q());
+    Eigen::MatrixXd u(model->n_a(), n + 1);
+    times << t.times, t.duration() + kAfter;
+    u << commands, commands.col(n - 1);
     simulation::SimulationResult r;
-    EXPECT_EQ(simulation::simulate(*plant, {t.q.col(0), t.times, u}, {}, work, r), core::Status::Solved) << r.message;
-    double out = 0;
-    VectorXd q(model->n_q());
+    EXPECT_EQ(simulation::simulate(*plant, {t.q.col(0), times, u}, {}, work, r), core::Status::Solved) << r.message;
+    std::array<double, 2> out{};
     for (std::size_t k = 0; k < r.times.size(); ++k) {
       interpolate(*model, t, r.times[k], q);
-      out =
-          std::max(out, (r.q.col(static_cast<Eigen::Index>(k)) - q).tail(model->n_a()).cwiseAbs().cwiseProduct(model->reach()).maxCoeff());
+      const VectorXd off = (r.q.col(static_cast<Eigen::Index>(k)) - q).tail(model->n_a()).cwiseAbs().cwiseProduct(model->reach());
+      if (r.times[k] < t.duration() - kBraking) out[0] = std::max(out[0], off.maxCoeff());
+      out[1] = off.maxCoeff();
     }
     return out;
   };
-  const Trajectory t = make_trajectory(*model, plan, speeds);
-  const double with_lead = lag(t, t.u), without = lag(t, t.q.bottomRows(model->n_a()));
+  const auto [with_lead, at_rest] = lag(t.u);
+  const double without = lag(t.q.bottomRows(model->n_a()))[0];
   EXPECT_LT(with_lead, kUnknown * without);
+  EXPECT_LT(at_rest, 1e-4);
 }
 
 /// A cube that stands on a tray, or on the ground beside a tray that pushes it, goes there and back.

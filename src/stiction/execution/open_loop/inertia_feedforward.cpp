@@ -21,7 +21,7 @@ void add_inertia_lead(const world::Model& model, const std::vector<char>& free, 
   for (Eigen::Index k = 0; k < n; ++k) {
     const VectorXd before = wanted;
     wanted.setZero();
-    if (is_free(k) || is_free(k + 1)) {
+    if (is_free(k + 1)) {  // contact, and not the motor, ends a free motion
       world::calc_kinematics(model, t.q.col(k), work, kinematics);
       const Eigen::MatrixXd M = world::calc_robot_mass(model, kinematics);
       rate = 0.5 * model.stiffness().cwiseQuotient(M.diagonal()).cwiseSqrt();
@@ -31,6 +31,7 @@ void add_inertia_lead(const world::Model& model, const std::vector<char>& free, 
     if (k == 0) continue;
     const VectorXd fades = (-step(k) * rate).array().exp(), u_before = t.u.col(k - 1), farthest = speeds.most_free * step(k);
     lead = fades.cwiseProduct(lead) + (1 - fades.array()).matrix().cwiseProduct(0.5 * (before + wanted));
+    if (k + 1 == n) lead.setZero();  // the last command stays in force
     const VectorXd u = (t.u.col(k) + lead).cwiseMax(u_before - farthest).cwiseMin(u_before + farthest);
     lead = u.cwiseMax(model.command_lower()).cwiseMin(model.command_upper()) - t.u.col(k);
     t.u.col(k) += lead;

@@ -12,8 +12,8 @@ namespace stiction::execution {
 ///
 ///     D_j ė_j + K_j e_j = (M(q) q̈)_j ,     D_j = 2 √(K_j M_jj(q))                                                                    (E.28)
 ///
-/// Accelerations count at the ends of free intervals, up to what motors give (RunSpeeds::most_room). In other intervals e fades away. No command becomes
-/// faster than RunSpeeds::most_free.
+/// Accelerations count up to what motors give (RunSpeeds::most_room), and where free motion goes on: contact ends it. In other intervals e fades away, and the
+/// last command has no lead. No command becomes faster than RunSpeeds::most_free.
 /// @param free  per knot: the robot moves freely on the way to it
 /// Tests: tests/execution/run_timing_test.cpp
 void add_inertia_lead(const world::Model& model, const std::vector<char>& free, const RunSpeeds& speeds, Trajectory& trajectory);
