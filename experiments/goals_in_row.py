@@ -308,7 +308,7 @@ def describe(cases: int, commit: str, timestep: float) -> dict[str, Any]:
         "command": f"experiments/goals_in_row.py CHECKOUT --peer-python VENV/bin/python --cases {cases}",
         "about": [
             "A goal is an orientation of a cube in a hand. As soon as the cube is within 0.1 rad of it the next one counts, until 50 s of the clock of the simulation are over or the cube falls. "
-            f"In the LEAP hand goals, starts and simulation are those of LeapCubeReorient of MuJoCo Playground (commit {commit}), and the same for its published policy and for `stiction run`. "
+            f"In the LEAP hand, the published policy and `stiction run` get the goals, starts and simulation of LeapCubeReorient of MuJoCo Playground (commit {commit}). "
             "In the Allegro hand `stiction run` alone turns the cube of `allegro_cube` by 21° to 90° about any axis from one goal to the next."
         ],
         "notes": ["A way is that from one goal to the next. The last column is processor time of planning, or of the policy, per second of the clock."],

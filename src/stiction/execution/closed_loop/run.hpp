@@ -52,8 +52,8 @@ struct RunSample {
 struct RunOptions {
   double tick = 1e-3;            ///< time between two commands [s], > 0
   double watch_interval = 0.02;  ///< time between two looks at the objects, rounded to whole ticks [s], ≥ tick
-  double off_on_the_way = 2;     ///< a piece ends early if the object is farther off its path [tolerances of the goal], > 0 (E.16)
-  double off_at_the_end = 1;     ///< the same at the end of a piece, once the object rests there [tolerances of the goal], > 0 (E.16)
+  double off_on_the_way = 2;     ///< a piece ends early if the object is farther off its path [tolerances of pushes, share_off()], > 0 (E.16)
+  double off_at_the_end = 1;     ///< the same at the end of a piece, once the object rests there [tolerances of pushes], > 0 (E.16)
   double settle_time = 0.1;      ///< length of the window of looks in which nothing may move [s], > 0; T_f is added (E.14)
   double hold = 1;  ///< how long the object must stay within the goal's tolerances [s], ≥ 0; 0: one look suffices, even on the way
   double plan_fraction = 0.5;  ///< the planner aims at this share of the goal's tolerances, in (0, 1]; the rest is left to execution errors

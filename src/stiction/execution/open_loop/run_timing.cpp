@@ -23,6 +23,9 @@ using world::Model;
 constexpr double kPart = 0.02;
 constexpr int kMostParts = 100;
 
+/// A lead is not worth its computation where pushes at this share of the full speed need none, such as those of a free object with little damping.
+constexpr double kUnledEnough = 0.95;
+
 double infinite() { return std::numeric_limits<double>::infinity(); }
 
 /// The way from one knot to the next, passed at a multiple f of the speed of pushes.
@@ -133,7 +136,7 @@ class Timer {
       : model_(model),
         plan_(plan),
         speeds_(speeds),
-        lead_(lead != nullptr && lead->acts() ? lead : nullptr),
+        lead_(lead != nullptr && lead->acts() && speeds.unled < kUnledEnough ? lead : nullptr),
         pause_(pause),
         travel_(model),
         room_(model, speeds.room),
