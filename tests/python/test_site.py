@@ -39,7 +39,7 @@ def test_gallery_has_twelve_built_in_tasks_whose_pictures_open_their_pages() -> 
 
 
 def test_figures_on_the_page_of_tools_are_those_of_the_benchmark() -> None:
-    rows = {cells[0]: cells for line in (ROOT / "docs/benchmark.md").read_text(encoding="utf-8").splitlines() if len(cells := [c.strip() for c in line.strip("|").split("|")]) == 9}
+    rows = {cells[0]: cells for line in (ROOT / "docs/benchmark.md").read_text(encoding="utf-8").splitlines() if len(cells := [c.strip() for c in line.strip("|").split("|")]) == 10}
     page = (ROOT / "docs/which_tool.md").read_text(encoding="utf-8")
     _, _, runs, _, planned, _, reached, *_ = rows["all"]
     assert f"plans {planned} of {runs} and reaches {reached} of {runs}" in page
@@ -56,7 +56,8 @@ def test_benchmark_has_a_picture_of_every_task_and_says_of_each_failure_why() ->
     assert {f"benchmark_pictures/{file.name}" for file in files} == {picture for pictures in shown.values() for picture in pictures}
     assert sum(file.stat().st_size for file in files) < 2_500_000
     told = re.findall(r"^## (\w+)$", pages["benchmark_failures"], flags=re.MULTILINE)
-    assert told == re.findall(r"\(benchmark_failures\.md#(\w+)\)", pages["benchmark"]) and 0 < len(told) < 89
+    linked = re.findall(r"\(benchmark_failures\.md#(\w+)\)", pages["benchmark"])  # some tasks have a link for their plans and one for their runs
+    assert told == list(dict.fromkeys(linked)) and 0 < len(told) < 89
 
 
 def test_questions_of_the_check_lead_to_pages_that_there_are() -> None:

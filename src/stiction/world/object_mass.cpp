@@ -8,7 +8,6 @@
 #include "stiction/world/model_impl.hpp"
 #include "stiction/world/object_derivatives.hpp"
 #include "stiction/world/point_jacobian.hpp"
-#include "stiction/world/robot_mass.hpp"
 
 // Mass and gravity of objects with all objects that hang on them, and their derivatives; inertia of joints.
 
@@ -86,23 +85,21 @@ void calc_object_mass(const Model& model, const Kinematics& kinematics, int obje
   }
 }
 
-Eigen::MatrixXd calc_robot_mass(const Model& model, const Kinematics& kinematics) {
+Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinematics) {
   const std::span<const JointMotor> motors = joint_motors(model);
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(model.n_a(), model.n_a());
-  for (Eigen::Index j = 0; j < out.rows(); ++j) out(j, j) = motors[static_cast<std::size_t>(j)].armature;
+  Eigen::VectorXd out(model.n_a());
+  for (Eigen::Index j = 0; j < out.size(); ++j) out[j] = motors[static_cast<std::size_t>(j)].armature;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J(6, model.n_a());
   for (const Link& link : model.links()) {
     const BodyInertia& body = model.inertias()[static_cast<std::size_t>(link.body)];
     const Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(link.body)];
     calc_point_jacobian(model, kinematics, link.body, X_WB * body.p_BCom, J);
-    const Matrix3d inertia_W = X_WB.R * body.inertia * X_WB.R.transpose();
-    out += body.mass * J.topRows<3>().transpose() * J.topRows<3>() + J.bottomRows<3>().transpose() * inertia_W * J.bottomRows<3>();
+    for (Eigen::Index j = 0; j < J.cols(); ++j) {
+      const Vector3d angular_B = X_WB.R.transpose() * J.col(j).tail<3>();
+      out[j] += body.mass * J.col(j).head<3>().squaredNorm() + angular_B.dot(body.inertia * angular_B);
+    }
   }
   return out;
-}
-
-Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinematics) {
-  return calc_robot_mass(model, kinematics).diagonal();
 }
 
 Eigen::VectorXd calc_largest_joint_inertia(const Model& model) {

@@ -22,8 +22,6 @@ using world::Model;
 constexpr double kThereInHand = 0.85;
 /// A robot that does not catch up with its plan within this time is blocked [s].
 constexpr double kLongestWait = 2;
-/// In free motion a plan that waits for the robot goes on when the robot is so near [kStray].
-constexpr double kCaughtUp = 0.1;
 /// Objects on joints lag behind their plan by at most this many follow times T_f (E.16).
 constexpr double kFollowTimes = 2;
 
@@ -163,14 +161,14 @@ class Executor {
   bool follow(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
     const double looked_back = how_.settle_time + kFollowTimes * robot_.follow_time();
-    waited_ = 0, held_up_ = false;
+    waited_ = 0;
     Eigen::VectorXd u(model_.n_a()), q_plan(model_.n_q());
     while (robot_.now() - zero < end - 0.5 * how_.tick) {
       const double t = std::min(robot_.now() - zero + how_.tick, end);
       interpolate_command(trajectory, t, u);
       interpolate(model_, trajectory, t, q_plan);
       if (!robot_.tick(u, q_plan) || robot_.is_displaced()) return false;
-      const double wait = wait_for_robot(q_plan, piece.kind == SegmentKind::Regrasp);
+      const double wait = wait_for_robot(q_plan);
       zero += wait, waited_ += wait;
       if (!robot_.looked()) continue;
       if (robot_.has_touched() || waited_ > kLongestWait) return false;
@@ -181,13 +179,10 @@ class Executor {
     return true;
   }
 
-  /// Time of a tick for which the plan waits for a robot whose joints are off their path [s]. In a push: 0 up to kStray, the whole tick from 2 kStray on. In a
-  /// regrasp the whole tick from kStray on, until the robot has caught up: a robot that chases its plan cuts corners.                            (E.25)
-  double wait_for_robot(const Eigen::VectorXd& q_plan, bool regrasps) {
+  /// Time of a tick for which the plan waits for a robot whose joints are off their path: 0 up to kStray, the whole tick from 2 kStray on [s].        (E.25)
+  double wait_for_robot(const Eigen::VectorXd& q_plan) const {
     const Eigen::VectorXd off = (robot_.q() - q_plan).tail(model_.n_a()).cwiseAbs().cwiseQuotient(model_.scales().joints());
-    const double share = off.maxCoeff() / kStray;
-    held_up_ = share > (held_up_ ? kCaughtUp : 1);
-    return how_.tick * (regrasps ? (held_up_ ? 1 : 0) : std::clamp(share - 1, 0.0, 1.0));
+    return how_.tick * std::clamp(off.maxCoeff() / kStray - 1, 0.0, 1.0);
   }
 
   /// Waits until the object is at the end of the piece, at once or after it rests. The rest of the trajectory is delayed by this time.
@@ -214,10 +209,9 @@ class Executor {
   PlanMaker maker_;
   std::optional<FingerGait> gait_;
   ChosenCommands turning_;
-  bool asked_ = false;    ///< turns_in_hand() was decided
-  double off_ = 0;        ///< distance from the path at the last look [tolerances]
-  double waited_ = 0;     ///< time waited for the robot in the present piece [s]
-  bool held_up_ = false;  ///< the robot was off its path, and has not caught up yet
+  bool asked_ = false;  ///< turns_in_hand() was decided
+  double off_ = 0;      ///< distance from the path at the last look [tolerances]
+  double waited_ = 0;   ///< time waited for the robot in the present piece [s]
 };
 
 }  // namespace

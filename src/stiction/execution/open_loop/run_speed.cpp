@@ -18,16 +18,18 @@ namespace {
 
 using world::Model;
 
+/// δ of (E.13): share of the damping of objects on joints that is unknown, so the lead does not compensate it.
+constexpr double kUnknownDrag = 0.3;
 /// Least share of the speed with a lead at which a push without lead may go, for any damping of the object.
 constexpr double kLeastUnled = 1.0 / 16;
 /// Time in which an object on a joint comes to its speed or to rest, in rest times τ.
 constexpr double kStartTimes = 4;
 /// s_g of (E.26): acceleration of an object that only robots hold, as a share of gravity.
 constexpr double kCarry = 0.2;
-/// Share of a motor's effort for accelerating the inertia that it moves, of what damping leaves.
+/// Share of a motor's effort for accelerating the inertia that it moves.
 constexpr double kInertiaShare = 0.5;
-/// Shares of a motor's effort for overcoming the damping of its joint in pushes and in free motion.
-constexpr double kDampingShare = 0.5, kFreeDampingShare = 0.75;
+/// Share of a motor's effort for overcoming the damping of its joint.
+constexpr double kDampingShare = 0.5;
 
 bool is_free(const Model& model, int object) {
   return model.scene().objects[static_cast<std::size_t>(object)].joint == world::ObjectJoint::Free;
@@ -49,7 +51,7 @@ double least_friction(const Model& model, int object) {
 double calc_object_speed(const Model& model, int object) {
   const double way = kCoast * model.scales().object(object).length;
   if (is_free(model, object)) return std::sqrt(2 * least_friction(model, object) * kGravity * way);
-  return way / (kRestTime + kUnknown * calc_follow_time(model, object));
+  return way / (kRestTime + kUnknownDrag * calc_follow_time(model, object));
 }
 
 /// ω² = K_a/M of the joints, with the largest inertia M of any posture (n_a) [1/s²].
@@ -79,32 +81,27 @@ double calc_unled(const Model& model, int object) {
     const double arm = turns ? 0.5 * model.scales().object(object).length : 1;
     trails = std::max(trails, damping[v] / (arm * arm * model.scales().softest_stiffness()));
   }
-  return std::clamp((kRestTime + kUnknown * calc_follow_time(model, object)) / (kRestTime + trails), kLeastUnled, 1.0);
+  return std::clamp((kRestTime + kUnknownDrag * calc_follow_time(model, object)) / (kRestTime + trails), kLeastUnled, 1.0);
 }
 
-/// Largest speeds of the joints: those of the file, and those at which a share of the effort overcomes the damping of the joint (n_a) [rad/s, m/s].
-Eigen::VectorXd calc_most_speed(const Model& model, double share) {
+/// Largest speeds of the joints: those of the file, and those at which half of the effort overcomes the damping of the joint (n_a) [rad/s, m/s].
+Eigen::VectorXd calc_most_speed(const Model& model) {
   Eigen::VectorXd out = model.speed_limit();
   for (int j = 0; j < model.n_a(); ++j) {
     const double damping = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].damping;
-    if (damping > 0) out[j] = std::min(out[j], share * model.effort()[j] / damping);
+    if (damping > 0) out[j] = std::min(out[j], kDampingShare * model.effort()[j] / damping);
   }
   return out;
 }
 
-/// Sets the limits of free motion. A spring K_a with the inertia M of its joint trails by δ M q̈/K_a in spite of its lead, and after a speed jump Δq̇ by at most
-/// Δq̇/(e ω). Here ω² = K_a/M. Both must stay within the clearance at the reach of the joint, and the strain within what the motor gives.   (E.18)
+/// Sets the limits of free motion. A spring K_a with the inertia M of its joint trails by M q̈/K_a, and after a speed jump Δq̇ by at most Δq̇/(e ω). Here
+/// ω² = K_a/M. Both must stay within the clearance at the reach of the joint, and within what the motor gives.                           (E.18)
 void set_free_motion(const Model& model, const Eigen::VectorXd& omega_squared, RunSpeeds& out) {
   out.room = world::share::kClearance * model.scales().robots().length;
-  Eigen::VectorXd effort = model.effort();  // less what damping takes
-  for (int j = 0; j < model.n_a(); ++j) {
-    const double damping = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].damping;
-    if (damping > 0 && std::isfinite(effort[j])) effort[j] -= std::min(damping * out.most_free[j], kFreeDampingShare * effort[j]);
-  }
-  out.most_room = kInertiaShare * effort.cwiseQuotient(model.stiffness()).cwiseProduct(model.reach());
-  const auto strain = [&](double room) -> Eigen::VectorXd { return out.most_room.cwiseMin(room).cwiseQuotient(model.reach()); };
-  out.acceleration = omega_squared.cwiseProduct(strain(out.room / kUnknown));
-  out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(strain(out.room));
+  out.most_room = kInertiaShare * model.effort().cwiseQuotient(model.stiffness()).cwiseProduct(model.reach());
+  const Eigen::VectorXd lag = out.most_room.cwiseMin(out.room).cwiseQuotient(model.reach());
+  out.acceleration = omega_squared.cwiseProduct(lag);
+  out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(lag);
 }
 
 /// Sets the limits while an object is carried, with the acceleration s_g g. Critically damped springs start at 2 ω Δq̇ after a speed jump Δq̇ of their
@@ -119,7 +116,6 @@ void slow_down(double share, RunSpeeds& out) {
   out.object *= share;
   out.push *= share;
   out.most *= share;
-  out.most_free *= share;
   out.springs *= share;
   out.spring_time /= share;
   out.acceleration *= share * share;
@@ -133,7 +129,6 @@ void slow_down(double share, RunSpeeds& out) {
 void RunSpeeds::validate(const Model& model) const {
   for (const auto& [name, values] : {std::pair("speed.push", &push),
                                      {"speed.most", &most},
-                                     {"speed.most_free", &most_free},
                                      {"speed.springs", &springs},
                                      {"speed.spring_time", &spring_time},
                                      {"speed.acceleration", &acceleration},
@@ -167,8 +162,7 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   out.factor = factor;
   out.object = speed;
   out.unled = calc_unled(model, object);
-  out.most = calc_most_speed(model, kDampingShare);
-  out.most_free = calc_most_speed(model, kFreeDampingShare);
+  out.most = calc_most_speed(model);
   out.springs = limits.of_springs(model);
   out.start_time = is_free(model, object) ? 0 : kStartTimes * kRestTime;
   out.push.resize(model.n_a());

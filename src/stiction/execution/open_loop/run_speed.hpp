@@ -8,23 +8,19 @@ namespace stiction::execution {
 /// this speed, and one in three at the full speed (docs/theory/execution.md).
 inline constexpr double kOpenLoopSpeed = 0.1;
 
-/// Share δ of inertia and damping that is unknown, so that leads of commands do not compensate it.
-inline constexpr double kUnknown = 0.3;
-
 /// Speed and acceleration limits at which a robot handles an object.
 struct RunSpeeds {
   double factor = 1;             ///< factor of these speeds over those of the full speed (E.13), > 0
   double object = 0;             ///< speed of a pushed object, and of the robot where it touches the object [m/s], > 0 (E.13)
   double unled = 1;              ///< share of `object` at which pushes need no lead, in (0, 1] (E.13)
   Eigen::VectorXd push;          ///< joint speeds where regrasps leave and reach contact (n_a) [rad/s or m/s], > 0 (E.13)
-  Eigen::VectorXd most;          ///< speed limits of joints in pushes (n_a) [rad/s or m/s], > 0, may be infinite
-  Eigen::VectorXd most_free;     ///< the same in free motion (n_a) [rad/s or m/s], > 0, may be infinite
+  Eigen::VectorXd most;          ///< speed limits of joints (n_a) [rad/s or m/s], > 0, may be infinite
   Eigen::VectorXd springs;       ///< strain rate of unloaded springs (n_a) [rad/s or m/s], > 0 (E.9)
   Eigen::VectorXd spring_time;   ///< T_j, time constant of strain rates under the load of their branch (n_a) [s], > 0 (E.24)
   double room = 0;               ///< clearance of regrasps, available for tracking lag [m], > 0 (E.18)
   Eigen::VectorXd acceleration;  ///< acceleration of joints with this lag (n_a) [rad/s² or m/s²], > 0, may be infinite
   Eigen::VectorXd jump;          ///< speed jump of joints at corners with this lag (n_a) [rad/s or m/s], > 0, may be infinite
-  Eigen::VectorXd most_room;     ///< largest lead that the motor allows, at the reach of the joint (n_a) [m], > 0, may be infinite
+  Eigen::VectorXd most_room;     ///< largest lag that the motor allows, at the reach of the joint (n_a) [m], > 0, may be infinite
   /// Joint acceleration while only robots hold a free object (n_a) [rad/s² or m/s²], > 0, may be infinite (E.26).
   Eigen::VectorXd carry_acceleration;
   Eigen::VectorXd carry_jump;                      ///< joint speed jump in this case (n_a) [rad/s or m/s], > 0, may be infinite

@@ -6,7 +6,6 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/open_loop/firm_grip.hpp"
-#include "stiction/execution/open_loop/inertia_feedforward.hpp"
 #include "stiction/execution/open_loop/lag_allowance.hpp"
 #include "stiction/execution/open_loop/longest_motion.hpp"
 #include "stiction/execution/open_loop/push_travel.hpp"
@@ -22,9 +21,6 @@ using world::Model;
 /// Time between knots where the speed changes, at the full speed [s].
 constexpr double kPart = 0.02;
 constexpr int kMostParts = 100;
-
-/// A lead is not worth its computation where pushes at this share of the full speed need none, such as those of a free object with little damping.
-constexpr double kUnledEnough = 0.95;
 
 double infinite() { return std::numeric_limits<double>::infinity(); }
 
@@ -68,16 +64,13 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, bool carried, double
   Stretch out;
   out.free = free;
   out.carried = carried;
-  const auto more = [&](double unknown) -> Eigen::VectorXd {
-    return speeds.most_room.cwiseMin(room / unknown).cwiseQuotient(speeds.most_room.cwiseMin(speeds.room / unknown));
-  };
-  out.room = more(1);
+  out.room = speeds.most_room.cwiseMin(room).cwiseQuotient(speeds.most_room.cwiseMin(speeds.room));
   out.way = free ? calc_duration(u0, u1, speeds.push) : std::max(travel / speeds.object, calc_duration(u0, u1, speeds.most));
   out.way = std::max(out.way, kLeastInterval);
   out.slope = (u1 - u0) / out.way;
   if (free) {
-    out.most = least_ratio(speeds.most_free, out.slope);
-    out.acceleration = least_ratio(more(kUnknown).cwiseProduct(speeds.acceleration), out.slope);
+    out.most = least_ratio(speeds.most, out.slope);
+    out.acceleration = least_ratio(out.room.cwiseProduct(speeds.acceleration), out.slope);
   } else if (speeds.start_time > 0) {
     out.acceleration = 1 / speeds.start_time;
   } else {
@@ -136,7 +129,7 @@ class Timer {
       : model_(model),
         plan_(plan),
         speeds_(speeds),
-        lead_(lead != nullptr && lead->acts() && speeds.unled < kUnledEnough ? lead : nullptr),
+        lead_(lead != nullptr && lead->acts() ? lead : nullptr),
         pause_(pause),
         travel_(model),
         room_(model, speeds.room),
@@ -145,7 +138,7 @@ class Timer {
   Trajectory run(Trajectory in) {
     carried_ = find_carried(model_, in);
     tighten_grips(model_, carried_, in);
-    add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0, false);
+    add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
     for (const Piece& piece : in.pieces) add_piece(in, piece);
     return take();
   }
@@ -168,7 +161,7 @@ class Timer {
     const std::vector<double> f = calc_knot_speeds(speeds_, piece.kind, stretches);
     if (!pieces_.empty() && pause_ > 0) {
       const Eigen::VectorXd u = u_.back(), q = q_.back();
-      add(u, q, segments_.back(), knots_.back(), times_.back() + pause_, false);
+      add(u, q, segments_.back(), knots_.back(), times_.back() + pause_);
     }
     Piece& out = pieces_.emplace_back(piece);
     out.first_knot = last();
@@ -180,10 +173,8 @@ class Timer {
         const double share = static_cast<double>(i + 1 - begin) / static_cast<double>(ends[k] - begin);
         Eigen::VectorXd u = (1 - share) * in.u.col(from) + share * in.u.col(to);
         if (lead_ != nullptr) add_lead(stretches, i, f[i + 1], u);
-        const double time = std::max(calc_time(stretches[i], f[i], f[i + 1]),
-                                     calc_duration(u_.back(), u, stretches[i].free ? speeds_.most_free : speeds_.most));
-        add(u, blend(in.q.col(from), in.q.col(to), share), in.segments[to], in.knots[to], times_.back() + std::max(time, kLeastInterval),
-            stretches[i].free);
+        const double time = std::max(calc_time(stretches[i], f[i], f[i + 1]), calc_duration(u_.back(), u, speeds_.most));
+        add(u, blend(in.q.col(from), in.q.col(to), share), in.segments[to], in.knots[to], times_.back() + std::max(time, kLeastInterval));
       }
     }
     out.last_knot = last();
@@ -236,11 +227,10 @@ class Timer {
   }
 
   Eigen::Index last() const { return static_cast<Eigen::Index>(times_.size()) - 1; }
-  void add(const Eigen::VectorXd& u, const Eigen::VectorXd& q, int segment, int knot, double time, bool free) {
-    u_.push_back(u), q_.push_back(q), segments_.push_back(segment), knots_.push_back(knot), times_.push_back(time), free_.push_back(free);
+  void add(const Eigen::VectorXd& u, const Eigen::VectorXd& q, int segment, int knot, double time) {
+    u_.push_back(u), q_.push_back(q), segments_.push_back(segment), knots_.push_back(knot), times_.push_back(time);
   }
 
-  /// The trajectory, with the lead of free motion.                                                                              (E.28)
   Trajectory take() const {
     const auto n = static_cast<Eigen::Index>(times_.size());
     Trajectory out;
@@ -254,7 +244,6 @@ class Timer {
     }
     out.pieces = pieces_;
     out.speed = speeds_.factor;
-    add_inertia_lead(model_, free_, speeds_, out);
     return out;
   }
 
@@ -270,7 +259,6 @@ class Timer {
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
   std::vector<double> times_;
-  std::vector<char> free_;  // per knot: nothing is pushed on the way to it
   std::vector<Piece> pieces_;
 };
 

@@ -10,7 +10,7 @@ namespace stiction::execution {
 
 /// Times a plan within the given limits. Every piece is as fast as speeds and accelerations allow. Regrasps begin and end at the speed of pushes. Pushes of
 /// damped objects begin and end at rest, and their commands lead the plan to compensate the damping.                                  (E.18), (E.13), (E.17)
-/// In free motion the commands lead the plan by what accelerates the robot (E.28). No command, its lead included, is faster than RunSpeeds::most_free.
+/// No command, its lead included, is faster than RunSpeeds::most.
 /// @param lead   feed-forward for this model; null: the commands are those of the plan
 /// @param pause  commands rest this long between pieces [s], ≥ 0
 /// @throws core::InvalidInput as make_trajectory()
