@@ -53,7 +53,6 @@ class Executor {
       if (!robot_.is_at(trajectory->q.col(0), kThere)) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
     bool had_plan = false;
-    if (trajectory) (void)turns_in_hand();  // decided before the plan moves the object
     while (!robot_.is_over()) {
       if (robot_.is_at_goal()) {
         if (robot_.hold_goal()) {
@@ -66,7 +65,7 @@ class Executor {
           continue;
         }
         cause = "the object left the goal";
-      } else if (!trajectory && turns_in_hand()) {
+      } else if (turns_in_hand() && !trajectory) {  // in this order: decided before a given plan moves the object
         cause = turn_in_hand();
       } else {
         const bool is_first = !std::exchange(had_plan, true);
