@@ -226,8 +226,8 @@ def test_flags_of_numpy_are_flags(wall: st.Model, flag) -> None:
     assert st.step(wall, [0.0], [0.1], with_B=flag, smoothing=st.Analytic(kappa=100)).B is not None
     assert st.step(wall, [0.0], [0.1], with_B=~flag, smoothing=st.Analytic(kappa=100)).B is None
     assert st.ForceDampingOptions(printed=flag).printed is True
-    task = st.Task({"base": "planar_pushing.yaml", "planner": {"margins": flag}}, base=st.load_task("planar_pushing").file.parent)
-    assert task.options.margins is True and task.options.replace(margins=~flag).margins is False
+    task = st.Task({"base": "planar_pushing.yaml", "planner": {"anytime": flag}}, base=st.load_task("planar_pushing").file.parent)
+    assert task.options.anytime is True and task.options.replace(anytime=~flag).anytime is False
     assert st.plan(task, seed=0, on_progress=lambda progress: ~flag).status == st.Status.Cancelled
 
 

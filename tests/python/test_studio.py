@@ -238,7 +238,7 @@ def test_fields_are_those_of_the_schema_and_take_the_values_of_the_task() -> Non
     bias = next(f for f in fields if f.name == "goal_bias")
     assert (bias.kind, bias.low, bias.high) == ("number", 0, 1)
     assert next(f for f in fields if f.name == "friction_law").choices == ("anitescu", "coulomb")
-    assert form.changed(options, {**values, "margins": True}) == {"margins": True}
+    assert form.changed(options, {**values, "anytime": True}) == {"anytime": True}
     with pytest.raises(st.InvalidInput, match="goal_bias"):
         form.changed(options, {**values, "goal_bias": 2.0})
 

@@ -228,7 +228,7 @@ def test_parquet_holds_the_rows(starts: Path, tmp_path: Path) -> None:
 
 def test_the_program_sweeps_as_the_library_does(stiction, tmp_path: Path) -> None:
     """Plans are those of one call of plan(), whatever the number of processes; friction is that of the simulation."""
-    words = ["sweep", "planar_pushing", "--seeds", "1:3", "--friction", "1", "--speed", "20", "--timeout", "300", "--option", "margins=true", "-o", tmp_path / "sweep.csv", "--json"]
+    words = ["sweep", "planar_pushing", "--seeds", "1:3", "--friction", "1", "--speed", "20", "--timeout", "300", "--option", "friction=0.8", "-o", tmp_path / "sweep.csv", "--json"]
     done = stiction(*words)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
@@ -239,9 +239,9 @@ def test_the_program_sweeps_as_the_library_does(stiction, tmp_path: Path) -> Non
 
     rows = read_table(tmp_path / "sweep.csv")
     assert all(r["processor_s"] > 0 and r["peak_mb"] > 10 and r["plan_s"] > 0 and r["reached"] is not None for r in rows)
-    row = next(r for r in rows if (r["options"], r["seed"], r["friction"]) == ({"margins": True}, 1, 1.0))
+    row = next(r for r in rows if (r["options"], r["seed"], r["friction"]) == ({"friction": 0.8}, 1, 1.0))
     task = st.load_task("planar_pushing")
-    best = st.refine(st.plan(task, options={"margins": True}, seed=1, threads=1).plan).plan
+    best = st.refine(st.plan(task, options={"friction": 0.8}, seed=1, threads=1).plan).plan
     run = st.transfer(best, speed=20, alone=False)
     assert (row["knots"], row["error_position"], row["goal_error_position"], row["reached"]) == (len(best.q) - 1, best.error.position, run.error.position, run.reached)
     again = stiction(*words)

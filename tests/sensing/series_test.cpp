@@ -243,6 +243,13 @@ TEST(Series, BlanksBetweenNumbers_SeparateThem) {
   expect_columns_of_the_arm("# t q1 q2 q3 tau1 tau2 tau3\n0.5 0.1 0.2 0.3 1 2 3\n");
 }
 
+TEST(Series, NamesInAComment_CountAlsoWithAnotherCommentOrOtherMarks) {
+  expect_columns_of_the_arm("# t,tau3,tau2,tau1,q3,q2,q1\n# units: s, rad, N m\n0.5,3,2,1,0.3,0.2,0.1\n");
+  expect_columns_of_the_arm(
+      "# t tau3 tau2 tau1 q3 q2 q1\n0.5,3,2,1,0.3,0.2,0.1\n");  // numpy.savetxt with another delimiter than its header
+  expect_columns_of_the_arm("# log of the arm of last week\n0.5,0.1,0.2,0.3,1,2,3\n");  // as many words as columns
+}
+
 TEST(Series, TimesInOtherUnits_AreConvertedWithANote) {
   for (const char* name : {"time_ms", "t [ms]", "Timestamp (ms)", "duration_ms"}) {
     const Series series = read(std::string(name) + ",q0,q1,q2,tau0,tau1,tau2\n500,0.1,0.2,0.3,1,2,3\n");

@@ -86,6 +86,47 @@ TEST_F(WholeSceneTask, PosesThatAreNotReached_SayHowFarTheyAre) {
   EXPECT_NE(inside.find("'cube/box_0'"), std::string::npos) << inside;
 }
 
+/// A body that no task moves stands still where the file has it, whatever the keyframe says.
+TEST_F(WholeSceneTask, KeyframeOfABodyThatStandsStill_IsNamed) {
+  const auto with = [&](const std::string& objects) {
+    return parse_task("scene: {file: scene.xml, objects: " + objects +
+                          "}\nstart: {keyframe: home}\ngoal: {objects: {drawer: {coordinates: [-0.2]}}}\ntolerance: {position: 0.01, "
+                          "angle: 0.1}\n",
+                      dir_)
+        .notes;
+  };
+  EXPECT_TRUE(with("[drawer, cube]").empty());
+  ASSERT_EQ(with("[drawer]").size(), 1U);
+  EXPECT_NE(with("[drawer]")[0].find("start.keyframe: keyframe 'home' moves cube, which stands still at the pose of the file"),
+            std::string::npos)
+      << with("[drawer]")[0];
+}
+
+TEST_F(WholeSceneTask, PlanarObjectAtASite_HasItsBodyThere) {
+  std::ofstream(dir_ / "puck.xml") << R"(<mujoco><compiler angle="radian"/><worldbody><site name="target" pos=".1 .35 1" euler="0 0 .3"/>
+    <body name="base" pos="0 .9 1"><joint name="j" axis="0 0 1" range="-2 2"/><geom type="capsule" size=".02" fromto="0 .02 0 0 .8 0"/></body>
+    <body name="puck" pos="0 .3 1"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><joint axis="0 0 1" pos=".2 0 0" ref=".5"/>
+      <geom name="g" type="box" size=".05 .02 .01" mass=".7"/></body></worldbody><actuator><position joint="j" kp="10"/></actuator></mujoco>)";
+  const Task task =
+      parse_task("scene: {file: puck.xml}\ngoal: {object: puck, at: target}\ntolerance: {position: 0.01, angle: 0.1}\n", dir_);
+  Eigen::VectorXd q = task.problem.q_start;
+  q.head(3) = task.problem.q_goal.head(3);
+  const auto& geometries = task.model->geometries();
+  const auto box = std::ranges::find_if(geometries, [](const auto& geometry) { return geometry.name == "puck/g"; });
+  ASSERT_NE(box, geometries.end());
+  const world::Pose X_WG = world::object_pose(*task.model, q, 0) * box->X_BG;
+  EXPECT_TRUE(X_WG.p.isApprox(Eigen::Vector3d(0.1, 0.35, 1), 1e-12)) << X_WG.p.transpose();
+  EXPECT_NEAR(X_WG.R(0, 0), std::cos(0.3), 1e-12);
+}
+
+TEST_F(WholeSceneTask, PlacesOfTheScene_MoveItsSitesAsWell) {
+  const Task moved = parse_task(
+      "scene: {file: scene.xml, places: {robot_world: [0, 0, 0.1]}}\ngoal: {object: cube, at: goal_place}\ntolerance: {position: 0.01, "
+      "angle: 0.1}\n",
+      dir_);
+  EXPECT_TRUE(moved.problem.goal.X_WG.p.isApprox(Eigen::Vector3d(0.2, 0.6, 0.15))) << moved.problem.goal.X_WG.p.transpose();
+}
+
 TEST_F(WholeSceneTask, GoalAtASite_IsItsPose) {
   const Task at = task("", "{object: cube, at: goal_place}");
   EXPECT_EQ(at.model->objects()[static_cast<std::size_t>(at.problem.goal.object)].name, "cube");

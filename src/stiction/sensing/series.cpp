@@ -154,13 +154,12 @@ class CsvReader {
   std::string where(int line) const { return fmt::format("{}:{}: series", file_.string(), line); }
   std::string ordered() const { return fmt::format("{} finite numbers: a time, {} joint positions, {} torques", 1 + 2 * n_, n_, n_); }
 
-  /// The first line that is no comment has names or numbers. numpy.savetxt writes names as the last comment before the numbers.
+  /// The first line that is no comment has names or numbers. numpy.savetxt writes names as a comment before the numbers.
   void read_line(std::string_view text) {
     if (text.empty()) return;
     if (text.starts_with('#')) {
       if (columns_) return;
-      comment_ = text.substr(1);
-      comment_line_ = line_;
+      comments_.emplace_back(line_, text.substr(1));
       return;
     }
     if (!columns_) separator_ = find_separator(text);
@@ -171,7 +170,7 @@ class CsvReader {
     read_row(*fields, text);
   }
 
-  /// @returns whether the line has names; else the columns are known from the comment before it, or by their order
+  /// @returns whether the line has names; else the columns are known from a comment before it, or by their order
   bool read_names(const Strings& fields, std::string_view text) {
     const auto numbers =
         std::count_if(fields.begin(), fields.end(), [](const std::string& field) { return core::parse_number(field).has_value(); });
@@ -182,14 +181,29 @@ class CsvReader {
       return true;
     }
     n_columns_ = fields.size();
-    if (const auto names = split_fields(comment_, separator_); names && names->size() == fields.size() && fields.size() > 1) {
-      columns_ = find_columns(*names, model_, where(comment_line_), unmeasured_);
-      is_named_ = true;
-      return false;
-    }
+    if (read_names_in_comments()) return false;
     if (numbers != static_cast<std::ptrdiff_t>(fields.size())) fail(quote(text), "a name for every column, or " + ordered());
     if (n_columns_ != static_cast<std::size_t>(1 + 2 * n_)) fail(fmt::format("{} numbers", fields.size()), ordered());
     columns_ = make_ordered_columns(model_.n_a(), unmeasured_);
+    return false;
+  }
+
+  /// Takes the last comment with a name for every column. Its names may stand between other characters than the numbers.
+  /// @throws core::InvalidInput: a comment has as many words as there are columns, but does not name what is needed
+  bool read_names_in_comments() {
+    std::optional<core::InvalidInput> fault;
+    for (auto comment = comments_.rbegin(); comment != comments_.rend() && n_columns_ > 1; ++comment) {
+      const char separator = find_separator(comment->second);
+      const auto names = split_fields(comment->second, separator);
+      if (!names || names->size() != n_columns_) continue;
+      try {
+        columns_ = find_columns(*names, model_, where(comment->first), unmeasured_);
+        return is_named_ = true;
+      } catch (const core::InvalidInput& e) {
+        if (!fault && separator == separator_) fault = e;  // else a sentence that happens to have as many words
+      }
+    }
+    if (fault) throw *fault;
     return false;
   }
 
@@ -239,8 +253,8 @@ class CsvReader {
   const world::Model& model_;
   const std::vector<int>& unmeasured_;
   Eigen::Index n_;  ///< joints that are measured
-  int line_ = 0, comment_line_ = 0;
-  std::string comment_;
+  int line_ = 0;
+  std::vector<std::pair<int, std::string>> comments_;  ///< before the numbers, with their lines
   char separator_ = ',';
   std::optional<SeriesColumns> columns_;
   std::size_t n_columns_ = 0, left_out_ = 0;

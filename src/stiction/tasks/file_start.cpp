@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "stiction/world/object_space.hpp"
+
 namespace stiction::tasks {
 namespace {
 
@@ -40,22 +42,51 @@ void apply(const FileConfiguration& file, const RobotSpec& robot, bool joints, c
   }
 }
 
+/// Pose of the fixed bodies of a file, which `places` of the scene may have moved.
+world::Pose pose_of_fixed(const RobotSpec& robot, const Model& model) {
+  const auto& fixed = model.scene().fixed;
+  const auto body = std::ranges::find(fixed, robot.name + "_world", &world::FixedSpec::name);
+  return body != fixed.end() ? body->X_WB : robot.X_WBase;
+}
+
 }  // namespace
 
 void start_as_written(const Model& model, Eigen::VectorXd& q, std::vector<bool>& placed) {
   for (const RobotSpec& robot : model.scene().robots) apply(robot.contents->as_written, robot, robot.split.by_actuators, model, q, placed);
 }
 
-void start_at_keyframe(const world::YamlNode& name, const Model& model, Eigen::VectorXd& q, std::vector<bool>& placed) {
+void start_at_keyframe(const world::YamlNode& name, const Model& model, Eigen::VectorXd& q, std::vector<bool>& placed,
+                       std::vector<std::string>* notes) {
   const std::string wanted = name.string();
   std::vector<std::string> known;
   for (const RobotSpec& robot : model.scene().robots) {
     for (const FileConfiguration& keyframe : robot.contents->keyframes) {
-      if (keyframe.name == wanted) return apply(keyframe, robot, true, model, q, placed);
+      if (keyframe.name == wanted) {
+        if (notes != nullptr && !keyframe.elsewhere.empty()) {
+          notes->push_back(
+              fmt::format("{}: keyframe '{}' moves {}, which {} still at the pose of the file, since the scene has no such object",
+                          name.where(), wanted, world::list_some(keyframe.elsewhere), keyframe.elsewhere.size() == 1 ? "stands" : "stand"));
+        }
+        return apply(keyframe, robot, true, model, q, placed);
+      }
       known.push_back(keyframe.name);
     }
   }
   name.fail_unknown("keyframe", wanted, known);
+}
+
+world::Pose find_body_of_object(const Model& model, int object) {
+  const std::string& name = model.objects()[static_cast<std::size_t>(object)].name;
+  const auto named = [&](const auto& item) { return item.name == name; };
+  for (const RobotSpec& robot : model.scene().robots) {
+    const auto body = std::ranges::find_if(robot.contents->places, named);
+    if (body == robot.contents->places.end() || body->moved_by != name) continue;
+    Eigen::VectorXd q = model.neutral();
+    std::vector<bool> placed(model.objects().size(), false);
+    apply(robot.contents->as_written, robot, false, model, q, placed);
+    return world::object_pose(model, q, object).inverse() * (robot.X_WBase * body->X_WF);
+  }
+  return {};
 }
 
 world::Pose find_place(const world::YamlNode& name, const Model& model) {
@@ -64,7 +95,7 @@ world::Pose find_place(const world::YamlNode& name, const Model& model) {
   for (const RobotSpec& robot : model.scene().robots) {
     for (const world::FilePlace& place : robot.contents->places) {
       if (place.name == wanted) {
-        if (place.moved_by.empty()) return robot.X_WBase * place.X_WF;
+        if (place.moved_by.empty()) return pose_of_fixed(robot, model) * place.X_WF;
         name.fail(
             fmt::format("'{}', which moves with {} '{}'", wanted, place.with_robot ? "the robot's link" : "the object", place.moved_by),
             "a site or a body that stands still");

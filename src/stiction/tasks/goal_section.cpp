@@ -144,7 +144,7 @@ void read_goal_at(const YamlNode& node, const Model& model, planning::PlanningPr
   if (info.n_v == 1)
     name.fail(fmt::format("'{}', which is on a hinge or a slider", info.name),
               fmt::format("objects: {{{}: {{coordinates: […]}}}}", info.name));
-  const world::Pose X_WG = find_place(node.at("at"), model);
+  const world::Pose X_WG = find_place(node.at("at"), model) * find_body_of_object(model, object).inverse();
   Eigen::VectorXd q = problem.q_start;
   q.segment(info.q_begin, info.n_q) = world::ObjectSpace(model).coordinates(object, X_WG);
   set_goal_at(q, problem);

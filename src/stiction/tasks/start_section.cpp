@@ -210,7 +210,7 @@ void read_poses(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
 
 }  // namespace
 
-Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
+Eigen::VectorXd read_start(const YamlNode& node, const Model& model, std::vector<std::string>* notes) {
   node.require_map();
   core::Faults faults;
   faults.collect([&] { node.require_map({"objects", "joints", "keyframe", "poses"}); });
@@ -218,7 +218,7 @@ Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
   std::vector<bool> seen(model.objects().size(), false);
   start_as_written(model, q, seen);
   faults.collect([&] {
-    if (const auto keyframe = node.find("keyframe")) start_at_keyframe(*keyframe, model, q, seen);
+    if (const auto keyframe = node.find("keyframe")) start_at_keyframe(*keyframe, model, q, seen, notes);
   });
   faults.collect([&] {
     if (!node.has("objects") && std::find(seen.begin(), seen.end(), false) == seen.end()) return;

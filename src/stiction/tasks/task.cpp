@@ -59,8 +59,8 @@ std::shared_ptr<const Model> make_model(world::Scene scene, const YamlNode& star
 }
 
 /// The start, and the model again where the robots are at rest in other joints than it was made with.
-Eigen::VectorXd read_start_of(std::shared_ptr<const Model>& model, const YamlNode& start) {
-  const Eigen::VectorXd q = read_start(start, *model);
+Eigen::VectorXd read_start_of(std::shared_ptr<const Model>& model, const YamlNode& start, std::vector<std::string>& notes) {
+  const Eigen::VectorXd q = read_start(start, *model, &notes);
   const auto joints = start.find("joints");
   if (joints && !start.has("keyframe") && !start.has("poses")) return q;
   const Eigen::VectorXd rest = q.tail(model->n_a());
@@ -90,7 +90,7 @@ Task read_task(const YamlNode& root, std::string name) {
   const YamlNode start = root.find("start").value_or(YamlNode::parse("{}", root.file()));
   faults.collect([&] { task.model = make_model(world::read_scene_file(root, default_package_dirs()), start); });
   if (task.model == nullptr) faults.raise();
-  faults.collect([&] { task.problem.q_start = read_start_of(task.model, start); });
+  faults.collect([&] { task.problem.q_start = read_start_of(task.model, start, task.notes); });
   const Model& model = *task.model;
   task.problem.model = task.model;
   if (task.problem.q_start.size() == 0) task.problem.q_start = model.neutral();

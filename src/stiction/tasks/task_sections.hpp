@@ -14,7 +14,7 @@ namespace stiction::tasks {
 // The sections `start` and `goal` of a task file. All of them @throws core::InvalidInput with file, line and field.
 
 /// Section `start` (n_q): objects by name, joints by name or as a list.
-Eigen::VectorXd read_start(const world::YamlNode& node, const world::Model& model);
+Eigen::VectorXd read_start(const world::YamlNode& node, const world::Model& model, std::vector<std::string>* notes = nullptr);
 
 /// Section `goal`, into problem.goal and problem.q_goal; problem.q_start is known.
 void read_goal(const world::YamlNode& node, const world::Model& model, planning::PlanningProblem& problem);

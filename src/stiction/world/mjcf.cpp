@@ -335,6 +335,7 @@ class MjcfReader : private MjcfView {
     double weight = 0, mass = 0;
     for (const auto& [b, X] : parts) {
       weight += m_->body_mass[b] * std::max(0.0, 1 - m_->body_gravcomp[b]);
+      if (m_->body_gravcomp[b] > 1) out_.robot.notes.push_back(fmt::format("`gravcomp` above 1 counts as 1: {}", body_name(b)));
       mass += m_->body_mass[b];
       first += m_->body_mass[b] * (X * vector3(m_->body_ipos + 3 * b));
     }
@@ -370,6 +371,11 @@ class MjcfReader : private MjcfView {
     for (int body = 1; body < m_->nbody; ++body) {
       if (roles_.of_body(body) != MjcfRole::Robot) continue;
       for (const MjcfAxis& axis : axes_.of(body)) out.joints.emplace_back(axis.name, axes_.value(axis, qpos));
+    }
+    for (int joint = 0; joint < m_->njnt; ++joint) {
+      const int begin = m_->jnt_qposadr[joint], end = joint + 1 < m_->njnt ? m_->jnt_qposadr[joint + 1] : static_cast<int>(m_->nq);
+      if (!roles_.moves(joint) && !std::equal(qpos + begin, qpos + end, m_->qpos0 + begin))
+        out.elsewhere.push_back(body_name(m_->jnt_bodyid[joint]));
     }
     return out;
   }

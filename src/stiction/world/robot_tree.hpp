@@ -104,6 +104,7 @@ struct FileConfiguration {
   std::string name;
   std::vector<std::pair<std::string, Eigen::VectorXd>> objects{};
   std::vector<std::pair<std::string, double>> joints{};
+  std::vector<std::string> elsewhere{};  ///< bodies that stand still in the model, at another pose than here
 };
 
 /// A site or a body of a file, at the pose in which the file is written.

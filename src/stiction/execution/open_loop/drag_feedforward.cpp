@@ -21,8 +21,8 @@ Eigen::VectorXd calc_object_damping(const world::Model& model) {
   world::calc_kinematics(model, model.neutral(), work, kinematics);
   for (std::size_t i = 0; i < model.objects().size(); ++i) {
     const auto& object = model.objects()[i];
-    for (int v = object.v_begin; v < object.v_begin + object.n_v; ++v) damping[v] = model.dofs()[static_cast<std::size_t>(v)].damping;
     if (model.scene().objects[i].joint == world::ObjectJoint::Free) continue;
+    for (int v = object.v_begin; v < object.v_begin + object.n_v; ++v) damping[v] = model.dofs()[static_cast<std::size_t>(v)].damping;
     Eigen::MatrixXd M(object.n_v, object.n_v);
     world::calc_object_mass(model, kinematics, static_cast<int>(i), M);
     damping.segment(object.v_begin, object.n_v) += M.diagonal() / kRestTime;
