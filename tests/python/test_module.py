@@ -405,7 +405,7 @@ def test_mistakes_in_plan_files_are_named(solved: st.Plan, tmp_path: Path) -> No
 
 
 def test_refined_plan_is_accepted_and_not_longer(stiction, tmp_path: Path) -> None:
-    found = st.plan(st.load_task("planar_pushing"), seed=0, threads=1).plan  # in small steps the box follows: nothing is planned anew
+    found = st.plan(st.load_task("planar_pushing"), seed=1, threads=1).plan  # in small steps the box follows: nothing is planned anew
     found.write(tmp_path / "plan.json")
     refined = st.refine(found, timeout_s=60)
     assert refined.status == st.Status.Solved
