@@ -31,9 +31,9 @@ def task() -> st.Task:
 
 @pytest.fixture(scope="module")
 def table(task: st.Task, tmp_path_factory: pytest.TempPathFactory) -> list[list[str]]:
-    """Of a plan, as exported."""
+    """Of a plan that uses 0.8 of the friction, as exported."""
     file = tmp_path_factory.mktemp("demonstration") / "motion.csv"
-    st.plan(task, seed=0).plan.export(file)
+    st.plan(task, seed=0, options={"friction": 0.8}).plan.export(file)
     with file.open(newline="", encoding="utf-8") as text:
         return list(csv.reader(text))
 
@@ -174,7 +174,7 @@ def test_joints_are_found_by_their_names_in_any_order(task: st.Task, table: list
 
 def test_arrays_are_read_as_the_table_is(task: st.Task, write: Callable[..., Path], tmp_path: Path) -> None:
     from_table = st.read_demonstration(write(), task)
-    (file,) = st.plan(task, seed=0).plan.export(tmp_path / "motion.npz")
+    (file,) = st.plan(task, seed=0, options={"friction": 0.8}).plan.export(tmp_path / "motion.npz")
     from_arrays = st.read_demonstration(file, task)
     for name in ("time", "joints", "commands", "poses"):
         np.testing.assert_allclose(getattr(from_arrays, name), getattr(from_table, name), atol=1e-12)
