@@ -169,13 +169,14 @@ class MjcfReader : private MjcfView {
       joint.lower = std::max(joint.lower, limits->first);
       joint.upper = std::min(joint.upper, limits->second);
     }
-    if (const auto commands = motors_.commands(j)) std::tie(joint.command_lower, joint.command_upper) = *commands;
-    joint.stiffness = motors_.spring(j);
-    joint.effort = motors_.effort(j);
-    joint.friction = m_->dof_frictionloss[m_->jnt_dofadr[j]];
-    joint.damping = m_->dof_damping[m_->jnt_dofadr[j]];
-    joint.motor = {m_->dof_armature[m_->jnt_dofadr[j]], motors_.servo_damping(j)};
-    joint.spring = motors_.passive_spring(j);
+    const MjcfMotor& motor = motors_.of(axis.dof);
+    if (motor.commands) std::tie(joint.command_lower, joint.command_upper) = *motor.commands;
+    joint.stiffness = motor.spring;
+    joint.effort = motor.effort;
+    joint.friction = m_->dof_frictionloss[axis.dof];
+    joint.damping = damping(axis);
+    joint.motor = {m_->dof_armature[axis.dof], motor.servo_damping};
+    joint.spring = motor.passive_spring;
     return joint;
   }
 
@@ -234,9 +235,9 @@ class MjcfReader : private MjcfView {
     return std::abs(axes[0].direction.dot(axes[1].direction)) < kSquare && std::abs(axes[0].direction.dot(axes[2].direction)) < kSquare &&
            std::abs(axes[1].direction.dot(axes[2].direction)) < kSquare;
   }
-  double damping(const MjcfAxis& axis) const { return m_->dof_damping[m_->jnt_dofadr[axis.joint]]; }
+  double damping(const MjcfAxis& axis) const { return m_->dof_damping[axis.dof]; }
   bool has_friction_or_spring(const MjcfAxis& axis) const {
-    return m_->jnt_stiffness[axis.joint] != 0 || m_->dof_frictionloss[m_->jnt_dofadr[axis.joint]] != 0;
+    return m_->jnt_stiffness[axis.joint] != 0 || m_->dof_frictionloss[axis.dof] != 0;
   }
 
   /// Reads a body, with the bodies welded to it, as an object.
@@ -287,7 +288,6 @@ class MjcfReader : private MjcfView {
     constexpr double kShare = 1e-6;
     for (std::size_t k = 0; k < axes.size(); ++k) {
       const MjcfAxis& axis = axes[k];
-      const int dof = m_->jnt_dofadr[axis.joint];
       const bool last = k == axes.size() - 1;
       ObjectSpec object = make_object(last ? body_name(body) : fmt::format("{}.{}", body_name(body), axis.name),
                                       axis.turns ? ObjectJoint::Hinge : ObjectJoint::Slider);
@@ -295,7 +295,7 @@ class MjcfReader : private MjcfView {
       object.axis = axis.direction;
       object.X_WP = X_PB * shift(axis.anchor) * axis.at(-axis.reference);
       if (axis.limited) object.limits = {m_->jnt_range[2 * axis.joint], m_->jnt_range[2 * axis.joint + 1]};
-      object.joint_friction = m_->dof_frictionloss[dof];
+      object.joint_friction = m_->dof_frictionloss[axis.dof];
       object.joint_damping = damping(axis);
       if (has_linear_spring(axis.joint)) {
         object.joint_stiffness = m_->jnt_stiffness[axis.joint];

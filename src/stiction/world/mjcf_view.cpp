@@ -62,9 +62,9 @@ std::string MjcfView::given_name(mjtObj type, int id) const {
   return name != nullptr ? name : "";
 }
 
-std::string MjcfView::describe(std::string_view element, mjtObj type, int id, std::string_view reason) const {
+std::string MjcfView::describe(std::string_view element, mjtObj type, int id) const {
   const std::string name = given_name(type, id);
-  return name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason);
+  return name.empty() ? fmt::format("{} {}", element, id) : fmt::format("{} '{}'", element, name);
 }
 
 std::optional<Shape> MjcfView::read_primitive(int geom) const {
@@ -90,7 +90,7 @@ std::optional<Shape> MjcfView::read_primitive(int geom) const {
 void MjcfView::require_supported() const {
   std::vector<std::string> faults;
   const auto refuse = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
-    faults.push_back(describe(element, type, id, reason));
+    faults.push_back(fmt::format("{} ({})", describe(element, type, id), reason));
   };
   for (int b = 1; b < m_->nbody; ++b) {
     if (m_->body_mocapid[b] >= 0 && has_at_or_below(b, [&](int c) { return m_->body_jntnum[c] > 0; }))
@@ -115,7 +115,7 @@ void MjcfView::require_supported() const {
 std::vector<std::string> MjcfView::list_passed_over(const MjcfMeaning& read) const {
   std::vector<std::string> names;
   const auto pass = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
-    names.push_back(describe(element, type, id, reason));
+    names.push_back(fmt::format("{} ({})", describe(element, type, id), reason));
   };
   for (int b = 1; b < m_->nbody; ++b) {
     if (roles_.is_object(b) && roles_.top(b) == b && !object_collides(b)) {

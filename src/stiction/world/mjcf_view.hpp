@@ -32,6 +32,8 @@ class MjcfView {
   MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file);
 
   std::string given_name(mjtObj type, int id) const;
+  /// "ELEMENT 'NAME'", or "ELEMENT NUMBER" without a name
+  std::string describe(std::string_view element, mjtObj type, int id) const;
   const std::string& body_name(int body) const { return roles_.names().body(body); }
   const std::string& joint_name(int joint) const { return roles_.names().joint(joint); }
 
@@ -70,7 +72,6 @@ class MjcfView {
   const std::filesystem::path& file_;
 
  private:
-  std::string describe(std::string_view element, mjtObj type, int id, std::string_view reason) const;
   void find_masks();
   /// True if the bodies of a contact pair cannot touch: the file excludes them, they are welded together, or a joint links them.
   bool is_kept_apart(int pair) const;
