@@ -125,20 +125,18 @@ class MjcfReader : private MjcfView {
     }
   }
 
-  /// Reads excluded pairs as pairs of names. A fixed body that is no link stands for its shapes in the fixed body "world", by a name pattern.
+  /// Reads excluded pairs as pairs of bodies. MuJoCo excludes the geoms of these bodies, not those of bodies welded to them.
   void read_excludes() {
-    const auto name = [&](int body) -> std::string {
-      if (roles_.is_object(body)) return object_collides(roles_.top(body)) ? body_name(roles_.top(body)) : "";
-      if (body == 0 || roles_.of_body(body) == MjcfRole::Robot) return body_name(body);
-      const std::string prefix = body_name(body) + ".";
-      const bool there = std::any_of(out_.fixed.begin(), out_.fixed.end(), [&](const auto& g) { return g.name.starts_with(prefix); });
-      return there ? fmt::format("world/{}*", prefix) : "";
-    };
-    for (int i = 0; i < m_->nexclude; ++i) {
-      const int signature = m_->exclude_signature[i];
-      const std::string a = name(signature >> 16), b = name(signature & 0xffff);
-      if (!a.empty() && !b.empty()) out_.excludes.emplace_back(a, b);
+    for (int body = 0; body < m_->nbody; ++body) {
+      std::vector<std::string> shapes;
+      for (int g = m_->body_geomadr[body]; g >= 0 && g < m_->body_geomadr[body] + m_->body_geomnum[body]; ++g) {
+        const std::string shape = geoms_.full_name(g);
+        if (!shape.empty() && !is_in_link(g)) shapes.push_back(shape);
+      }
+      if (!shapes.empty()) out_.shapes_of.emplace_back(body_name(body), std::move(shapes));
     }
+    for (int i = 0; i < m_->nexclude; ++i)
+      out_.excludes.emplace_back(body_name(m_->exclude_signature[i] >> 16), body_name(m_->exclude_signature[i] & 0xffff));
   }
 
   // ---- bodies ----
@@ -404,7 +402,7 @@ class MjcfReader : private MjcfView {
   void read_contacts() {
     for (int i = 0; i < m_->npair; ++i) {
       const std::string one = geoms_.full_name(m_->pair_geom1[i]), other = geoms_.full_name(m_->pair_geom2[i]);
-      if (one.empty() || other.empty()) continue;
+      if (one.empty() || other.empty() || !acts(i)) continue;
       const mjtNum* friction = m_->pair_friction + 5 * i;
       const int dimension = m_->pair_dim[i];
       out_.contacts.push_back({.a = one,
@@ -413,6 +411,12 @@ class MjcfReader : private MjcfView {
                                .torsional = dimension > 3 ? friction[2] : 0,
                                .rolling = dimension > 4 ? friction[3] : 0});
     }
+  }
+
+  /// True for a geom of a link of the robot.
+  bool is_in_link(int geom) const {
+    const int body = m_->geom_bodyid[geom];
+    return body != 0 && roles_.of_body(body) == MjcfRole::Robot && m_->geom_type[geom] != mjGEOM_PLANE;
   }
 
   /// Reads the colliding geoms of a body; X_LB is the body's pose in the link. Geoms of the world and planes go to the fixed body.
