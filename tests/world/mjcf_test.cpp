@@ -116,7 +116,7 @@ TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
   ASSERT_EQ(model->notes().size(), 3u);  // the last one: no effort
   EXPECT_EQ(model->notes()[0],
             "arm: passed over: equality 'w' (a constraint beside joints and contacts); tendon 't' (a tendon with a spring); pair 'p' (a "
-            "contact pair of bodies that are excluded or that a joint links, or one of too many)");
+            "contact pair of bodies that are excluded or that a joint links)");
   EXPECT_EQ(model->notes()[1], "arm: springs add to the stiffness of motors, whose commands act against them, of joints: j");
   EXPECT_EQ(model->stiffness()[0], 7);
 }

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "stiction/world/read.hpp"
 #include "world/robot_files.hpp"
 
 namespace stiction::world::test {
@@ -55,6 +56,44 @@ TEST_F(SrdfFile, LinkThatIsDisabledByDefault_TouchesOnlyWhatIsEnabled) {
                      "<disable_default_collisions link='gone'/><disable_collisions link1='base' link2='hull'/>"),
             (std::set<std::string>{"base b"}))
       << "a pair that is disabled by name stays so";
+}
+
+/// Of a scene in one file, objects and links fixed to them are links of the SRDF as well.
+TEST_F(SrdfFile, DisabledPairsWithObjects_NeverTouch) {
+  folder_.write("s.urdf", R"(<robot name="s"><link name="world"/>
+<link name="arm"><collision><geometry><sphere radius=".1"/></geometry></collision></link>
+<link name="hand"><collision><geometry><sphere radius=".1"/></geometry></collision></link>
+<link name="door"><collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
+<link name="knob"><collision><geometry><sphere radius=".05"/></geometry></collision></link>
+<joint name="j1" type="prismatic"><parent link="world"/><child link="arm"/><limit lower="-3" upper="3" effort="10"/></joint>
+<joint name="j2" type="prismatic"><parent link="arm"/><child link="hand"/><origin xyz=".4 0 0"/><limit lower="-3" upper="3" effort="10"/></joint>
+<joint name="d" type="prismatic"><parent link="world"/><child link="door"/><origin xyz="0 .3 0"/><limit lower="-3" upper="3"/></joint>
+<joint name="glue" type="fixed"><parent link="door"/><child link="knob"/></joint><transmission name="t"><joint name="j1"/></transmission></robot>)");
+  folder_.write("m.xml", R"(<mujoco model="m"><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="arm"><joint name="j1" type="slide"/><geom size=".1"/><body name="hand" pos=".4 0 0"><joint type="slide"/><geom size=".1"/></body></body>
+<body name="door" pos="0 .3 0"><joint type="slide"/><geom type="box" size=".1 .1 .1"/><body name="knob"><geom size=".05"/></body></body></worldbody>
+<actuator><position joint="j1"/></actuator></mujoco>)");
+  const auto touching_in = [&](const std::string& file, const std::string& elements) {
+    folder_.write("s.srdf", "<robot name='s'>" + elements + "</robot>");
+    const auto model = Model::make(parse_scene("file: " + file + "\nrobot: {srdf: s.srdf}", folder_.path()));
+    std::set<std::string> out;
+    for (const Pair& pair : model->pairs()) {
+      const auto name = [&](int geometry) { return model->geometries()[static_cast<std::size_t>(geometry)].name; };
+      if (!name(pair.geometry_b).starts_with("robot_world")) out.insert(name(pair.geometry_a) + " " + name(pair.geometry_b));
+    }
+    return out;
+  };
+  for (const std::string file : {"s.urdf", "m.xml"}) {
+    const std::set<std::string> all = touching_in(file, "");
+    EXPECT_EQ(all.size(), 4u) << file << ": two links and two shapes of the door";
+    std::set<std::string> but_door = all, but_hand = all;
+    std::erase_if(but_door, [](const std::string& pair) { return pair == "door/box_0 robot/hand/sphere_0"; });
+    EXPECT_EQ(but_door.size(), 3u) << file;
+    EXPECT_EQ(touching_in(file, "<disable_collisions link1='hand' link2='door'/><disable_collisions link1='gone' link2='knob'/>"), but_door)
+        << file;
+    std::erase_if(but_hand, [](const std::string& pair) { return pair.find("hand") != std::string::npos; });
+    EXPECT_EQ(touching_in(file, "<disable_default_collisions link='hand'/>"), but_hand) << file;
+  }
 }
 
 TEST_F(SrdfFile, Stub_DisablesNothingAndIsNoted) {

@@ -167,11 +167,13 @@ class RobotAdder {
       if (name == place.link.name) friction = value;
     }
     for (const auto& c : place.link.collisions) {
+      ContactMask mask = c.mask;
+      mask.file = fmt::format("{}/{}", spec_.name, mask.file);
       parts_.add_geometry(place.body, {.name = c.name,
                                        .shape = c.shape,
                                        .X_BG = c.X_LG,
                                        .friction = friction.value_or(c.friction.value_or(spec_.friction)),
-                                       .mask = c.mask,
+                                       .mask = std::move(mask),
                                        .rule = c.rule.value_or(spec_.rule)});
     }
   }

@@ -125,20 +125,18 @@ class MjcfReader : private MjcfView {
     }
   }
 
-  /// Reads excluded pairs as pairs of names. A fixed body that is no link stands for its shapes in the fixed body "world", by a name pattern.
+  /// Reads excluded pairs as pairs of bodies. MuJoCo excludes the geoms of these bodies, not those of bodies welded to them.
   void read_excludes() {
-    const auto name = [&](int body) -> std::string {
-      if (roles_.is_object(body)) return object_collides(roles_.top(body)) ? body_name(roles_.top(body)) : "";
-      if (body == 0 || roles_.of_body(body) == MjcfRole::Robot) return body_name(body);
-      const std::string prefix = body_name(body) + ".";
-      const bool there = std::any_of(out_.fixed.begin(), out_.fixed.end(), [&](const auto& g) { return g.name.starts_with(prefix); });
-      return there ? fmt::format("world/{}*", prefix) : "";
-    };
-    for (int i = 0; i < m_->nexclude; ++i) {
-      const int signature = m_->exclude_signature[i];
-      const std::string a = name(signature >> 16), b = name(signature & 0xffff);
-      if (!a.empty() && !b.empty()) out_.excludes.emplace_back(a, b);
+    for (int body = 0; body < m_->nbody; ++body) {
+      std::vector<std::string> shapes;
+      for (int g = m_->body_geomadr[body]; g >= 0 && g < m_->body_geomadr[body] + m_->body_geomnum[body]; ++g) {
+        const std::string shape = geoms_.full_name(g);
+        if (!shape.empty() && !is_in_link(g)) shapes.push_back(shape);
+      }
+      if (!shapes.empty()) out_.shapes_of.emplace_back(body_name(body), std::move(shapes));
     }
+    for (int i = 0; i < m_->nexclude; ++i)
+      out_.excludes.emplace_back(body_name(m_->exclude_signature[i] >> 16), body_name(m_->exclude_signature[i] & 0xffff));
   }
 
   // ---- bodies ----
@@ -169,13 +167,14 @@ class MjcfReader : private MjcfView {
       joint.lower = std::max(joint.lower, limits->first);
       joint.upper = std::min(joint.upper, limits->second);
     }
-    if (const auto commands = motors_.commands(j)) std::tie(joint.command_lower, joint.command_upper) = *commands;
-    joint.stiffness = motors_.spring(j);
-    joint.effort = motors_.effort(j);
-    joint.friction = m_->dof_frictionloss[m_->jnt_dofadr[j]];
-    joint.damping = m_->dof_damping[m_->jnt_dofadr[j]];
-    joint.motor = {m_->dof_armature[m_->jnt_dofadr[j]], motors_.servo_damping(j)};
-    joint.spring = motors_.passive_spring(j);
+    const MjcfMotor& motor = motors_.of(axis.dof);
+    if (motor.commands) std::tie(joint.command_lower, joint.command_upper) = *motor.commands;
+    joint.stiffness = motor.spring;
+    joint.effort = motor.effort;
+    joint.friction = m_->dof_frictionloss[axis.dof];
+    joint.damping = damping(axis);
+    joint.motor = {m_->dof_armature[axis.dof], motor.servo_damping};
+    joint.spring = motor.passive_spring;
     return joint;
   }
 
@@ -234,9 +233,9 @@ class MjcfReader : private MjcfView {
     return std::abs(axes[0].direction.dot(axes[1].direction)) < kSquare && std::abs(axes[0].direction.dot(axes[2].direction)) < kSquare &&
            std::abs(axes[1].direction.dot(axes[2].direction)) < kSquare;
   }
-  double damping(const MjcfAxis& axis) const { return m_->dof_damping[m_->jnt_dofadr[axis.joint]]; }
+  double damping(const MjcfAxis& axis) const { return m_->dof_damping[axis.dof]; }
   bool has_friction_or_spring(const MjcfAxis& axis) const {
-    return m_->jnt_stiffness[axis.joint] != 0 || m_->dof_frictionloss[m_->jnt_dofadr[axis.joint]] != 0;
+    return m_->jnt_stiffness[axis.joint] != 0 || m_->dof_frictionloss[axis.dof] != 0;
   }
 
   /// Reads a body, with the bodies welded to it, as an object.
@@ -287,7 +286,6 @@ class MjcfReader : private MjcfView {
     constexpr double kShare = 1e-6;
     for (std::size_t k = 0; k < axes.size(); ++k) {
       const MjcfAxis& axis = axes[k];
-      const int dof = m_->jnt_dofadr[axis.joint];
       const bool last = k == axes.size() - 1;
       ObjectSpec object = make_object(last ? body_name(body) : fmt::format("{}.{}", body_name(body), axis.name),
                                       axis.turns ? ObjectJoint::Hinge : ObjectJoint::Slider);
@@ -295,7 +293,7 @@ class MjcfReader : private MjcfView {
       object.axis = axis.direction;
       object.X_WP = X_PB * shift(axis.anchor) * axis.at(-axis.reference);
       if (axis.limited) object.limits = {m_->jnt_range[2 * axis.joint], m_->jnt_range[2 * axis.joint + 1]};
-      object.joint_friction = m_->dof_frictionloss[dof];
+      object.joint_friction = m_->dof_frictionloss[axis.dof];
       object.joint_damping = damping(axis);
       if (has_linear_spring(axis.joint)) {
         object.joint_stiffness = m_->jnt_stiffness[axis.joint];
@@ -410,7 +408,7 @@ class MjcfReader : private MjcfView {
   void read_contacts() {
     for (int i = 0; i < m_->npair; ++i) {
       const std::string one = geoms_.full_name(m_->pair_geom1[i]), other = geoms_.full_name(m_->pair_geom2[i]);
-      if (one.empty() || other.empty()) continue;
+      if (one.empty() || other.empty() || !acts(i)) continue;
       const mjtNum* friction = m_->pair_friction + 5 * i;
       const int dimension = m_->pair_dim[i];
       out_.contacts.push_back({.a = one,
@@ -419,6 +417,12 @@ class MjcfReader : private MjcfView {
                                .torsional = dimension > 3 ? friction[2] : 0,
                                .rolling = dimension > 4 ? friction[3] : 0});
     }
+  }
+
+  /// True for a geom of a link of the robot.
+  bool is_in_link(int geom) const {
+    const int body = m_->geom_bodyid[geom];
+    return body != 0 && roles_.of_body(body) == MjcfRole::Robot && m_->geom_type[geom] != mjGEOM_PLANE;
   }
 
   /// Reads the colliding geoms of a body; X_LB is the body's pose in the link. Geoms of the world and planes go to the fixed body.

@@ -20,4 +20,8 @@ RobotContents read_mjcf_text(const std::string& text, const std::filesystem::pat
 /// @param robot  with `mjcf` set; its stiffness may name some joints only
 void add_mjcf(Scene& scene, const RobotSpec& robot);
 
+/// Excludes contact between two bodies of the file of a robot, by filters of the scene. Bodies that are welded to them may still touch.
+/// @param a, b  names in the file: links of the robot, or bodies that belong to objects or to the world
+void keep_apart(Scene& scene, const RobotSpec& robot, const RobotContents& contents, const std::string& a, const std::string& b);
+
 }  // namespace stiction::world

@@ -29,6 +29,7 @@ std::vector<MjcfAxis> MjcfAxes::of(int body) const {
       static constexpr std::string_view kNames[] = {"z", "y", "x"};
       for (int part = 0; part < 3; ++part) {
         out.push_back({.joint = j,
+                       .dof = m_->jnt_dofadr[j] + 2 - part,
                        .name = fmt::format("{}_{}", joint_name(j), kNames[part]),
                        .direction = Vector3d::Unit(2 - part),
                        .anchor = vector3(m_->jnt_pos + 3 * j),
@@ -38,6 +39,7 @@ std::vector<MjcfAxis> MjcfAxes::of(int body) const {
     }
     const bool turns = m_->jnt_type[j] == mjJNT_HINGE;
     out.push_back({.joint = j,
+                   .dof = m_->jnt_dofadr[j],
                    .name = joint_name(j),
                    .turns = turns,
                    .limited = m_->jnt_limited[j] != 0,

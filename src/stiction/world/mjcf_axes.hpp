@@ -11,7 +11,7 @@ namespace stiction::world {
 
 /// One axis of a joint of an MJCF: the joint turns about it or slides along it.
 struct MjcfAxis {
-  int joint = -1;
+  int joint = -1, dof = -1;
   std::string name;
   bool turns = true, limited = false;
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ(), anchor = Eigen::Vector3d::Zero();  ///< in the frame of the body

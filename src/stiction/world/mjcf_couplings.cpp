@@ -326,12 +326,27 @@ std::vector<MjcfCoupling> MjcfCouplings::list() const {
 
 std::optional<std::pair<double, double>> MjcfCouplings::limits(int joint) const { return limits_[at(joint)]; }
 
+/// Joints with a motor of their own on tendons with an actuator, which the actuator does not move here.
+std::vector<std::string> MjcfCouplings::unmoved_by_tendons() const {
+  std::vector<std::string> out;
+  for (int i = 0; i < m_->nactuator; ++i) {
+    if (!drives_joints(i)) continue;
+    const int tendon = m_->actuator_trnid[2 * i];
+    for (const auto& [joint, lever] : reduce({*joints_of_tendon(tendon), 0}).terms) {
+      const std::string name = fmt::format("{} on {}", describe("tendon", mjOBJ_TENDON, tendon), joint_name(joint));
+      if (has_motor_[at(joint)] && std::ranges::find(out, name) == out.end()) out.push_back(name);
+    }
+  }
+  return out;
+}
+
 std::vector<std::string> MjcfCouplings::notes() const {
   std::vector<std::string> out;
   const auto add = [&](const char* text, const std::vector<std::string>& names) {
     if (!names.empty()) out.push_back(fmt::format(fmt::runtime(text), list_some(names)));
   };
   add("joints that share a tendon with an actuator move in the ratio of its coefficients; these follow: {}", on_tendons_);
+  add("actuators on tendons do not act on joints that have motors of their own: {}", unmoved_by_tendons());
   add("joints that follow others by a polynomial follow the nearest line, which is off by at most [rad, m]: {}", curved_);
   add("joints that a connection closes to a loop follow its driven joint by the nearest line, which is off by at most [rad, m]: {}",
       in_loops_);

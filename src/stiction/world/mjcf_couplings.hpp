@@ -57,6 +57,7 @@ class MjcfCouplings : private MjcfView {
   Relation reduce(const Relation& relation) const;
   bool couple(const Relation& relation, int follower, bool only_to_driven = false);
   void follow(int joint, int leader, double ratio, double offset);
+  std::vector<std::string> unmoved_by_tendons() const;
   std::optional<int> narrow_follower(const Relation& length, int tendon) const;
   std::pair<double, double> range_of(int leader) const;
   std::pair<double, double> range_of(const Relation& length) const;

@@ -22,7 +22,7 @@ RobotCollision MjcfGeoms::read(int geom, const std::string& holder, bool simpler
       .X_LG = {Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized().toRotationMatrix(), Eigen::Vector3d(p[0], p[1], p[2])}};
   c.name = make_name(geom, holder, c.shape);
   c.friction = m_->geom_friction[3 * geom];
-  c.mask = mask(geom);
+  c.mask = {static_cast<std::uint32_t>(m_->geom_contype[geom]), static_cast<std::uint32_t>(m_->geom_conaffinity[geom])};
   // The model combines two rules as MuJoCo does: the larger condim, and the friction of the higher priority.
   c.rule = {.dimension = m_->geom_condim[geom],
             .torsional = m_->geom_friction[3 * geom + 1],

@@ -9,37 +9,55 @@
 
 namespace stiction::world {
 
+/// Forces from `lower` to `upper` [N·m, N].
+struct ForceRange {
+  double lower = 0, upper = 0;
+
+  bool is_zero() const { return lower == 0 && upper == 0; }
+  ForceRange scaled(double factor) const;
+  ForceRange clamped(const mjtNum* range) const;  ///< each end moved into the range
+  ForceRange operator+(const ForceRange& other) const { return {lower + other.lower, upper + other.upper}; }
+};
+
+/// Motor of a coordinate of a robot.
+struct MjcfMotor {
+  std::optional<double> spring{};                       ///< stiffness [N·m/rad, N/m]
+  std::optional<double> effort{};                       ///< largest force in both directions [N·m, N]
+  double servo_damping = 0;                             ///< k_v of position servos [N·m·s/rad, N·s/m]
+  double passive_spring = 0;                            ///< spring of a joint that no actuator moves [N·m/rad, N/m]
+  std::optional<std::pair<double, double>> commands{};  ///< positions to which servos may be commanded, if the file limits them [rad, m]
+  bool driven = false;                                  ///< an actuator moves the coordinate, directly or through a tendon
+};
+
 /// Stiffness and effort of the joints of robots, from the actuators, springs and tendons of a compiled MJCF. A force on a follower counts for its
 /// leader.
 class MjcfMotors : private MjcfView {
  public:
   explicit MjcfMotors(const MjcfView& view);
 
-  std::optional<double> spring(int joint) const { return spring_[static_cast<std::size_t>(joint)]; }  ///< [N·m/rad, N/m]
-  double servo_damping(int joint) const {
-    return damping_[static_cast<std::size_t>(joint)];
-  }  ///< k_v of position servos [N·m·s/rad, N·s/m]
-  double passive_spring(int joint) const { return passive_[static_cast<std::size_t>(joint)]; }        ///< of a joint that no actuator moves
-  std::optional<double> effort(int joint) const { return effort_[static_cast<std::size_t>(joint)]; }  ///< [N·m, N]
-  /// Positions to which servos on a joint may be commanded, if the file limits them.
-  std::optional<std::pair<double, double>> commands(int joint) const { return commands_[static_cast<std::size_t>(joint)]; }  ///< [rad, m]
+  const MjcfMotor& of(int dof) const { return motors_[static_cast<std::size_t>(dof)]; }
   const MjcfCouplings& couplings() const { return couplings_; }
   /// Deviations from the file, one sentence each.
   std::vector<std::string> notes() const;
 
  private:
-  void find_springs();
-  double gear_of(int actuator) const;
-  void add_actuator(int actuator, int joint, double lever);
+  MjcfMotor& of_joint(int joint) { return motors_[static_cast<std::size_t>(m_->jnt_dofadr[joint])]; }
+  std::string name_of(int dof) const;
+  ForceRange range_of(int actuator) const;
+  ForceRange range_of_tendon(int tendon) const;
+  void add_actuator(int actuator);
+  void add_servo(int actuator, MjcfMotor& motor, double lever);
   void add_commands(int actuator, const MjcfCoupling& line);
+  void add_tendon(int tendon);
+  void set_efforts();
+  void set_effort(int dof, const ForceRange& range);
   void add_spring(int joint);
   std::vector<std::string> without_actuator() const;
 
-  std::vector<std::optional<double>> spring_, effort_;              ///< per joint of the file
-  std::vector<double> damping_, passive_;                           ///< per joint of the file
-  std::vector<std::optional<std::pair<double, double>>> commands_;  ///< per joint of the file
-  std::vector<bool> has_actuator_;  ///< per joint of the file: an actuator moves it, directly or through a tendon
-  std::vector<std::string> sprung_, unsprung_;
+  std::vector<MjcfMotor> motors_;  ///< per dof of the file
+  std::vector<ForceRange> forces_,
+      sums_;  ///< per dof: of the actuators on its own joint; of those on it and its followers, in its coordinate
+  std::vector<std::string> sprung_, unsprung_, one_sided_, uneven_, mixed_;
   MjcfCouplings couplings_;
 };
 

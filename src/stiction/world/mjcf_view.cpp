@@ -4,8 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <bit>
-#include <cstdint>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/ellipsoid.hpp"
@@ -20,27 +18,12 @@ bool has_spring(const mjtNum* linear, const mjtNum* higher, int i) {
 }  // namespace
 
 MjcfView::MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file) : m_(m), roles_(roles), file_(file) {
-  find_masks();
-}
-
-/// Gives each first geom of an explicit contact pair its own bit: in its type, and in the affinity of the geoms that it is paired with.
-void MjcfView::find_masks() {
-  std::uint32_t used = 0;
-  for (int g = 0; g < m_->ngeom; ++g) {
-    masks_.push_back({static_cast<std::uint32_t>(m_->geom_contype[g]), static_cast<std::uint32_t>(m_->geom_conaffinity[g])});
-    used |= masks_.back().type | masks_.back().affinity;
-  }
-  std::map<int, std::uint32_t> bits;  // per geom
+  paired_.assign(static_cast<std::size_t>(m_->ngeom), false);
   for (int i = 0; i < m_->npair; ++i) {
-    ContactMask &a = masks_[static_cast<std::size_t>(m_->pair_geom1[i])], &b = masks_[static_cast<std::size_t>(m_->pair_geom2[i])];
     pair_read_.push_back(!is_kept_apart(i));
-    if (!pair_read_.back() || ((a.type & b.affinity) | (b.type & a.affinity)) != 0) continue;
-    std::uint32_t& bit = bits[m_->pair_geom1[i]];
-    if (bit == 0 && used != ~0u) bit = std::bit_floor(~used);
-    used |= bit;
-    a.type |= bit;
-    b.affinity |= bit;
-    pair_read_.back() = bit != 0;
+    for (const int geom : {m_->pair_geom1[i], m_->pair_geom2[i]}) {
+      if (pair_read_.back()) paired_[static_cast<std::size_t>(geom)] = true;
+    }
   }
 }
 
@@ -62,9 +45,9 @@ std::string MjcfView::given_name(mjtObj type, int id) const {
   return name != nullptr ? name : "";
 }
 
-std::string MjcfView::describe(std::string_view element, mjtObj type, int id, std::string_view reason) const {
+std::string MjcfView::describe(std::string_view element, mjtObj type, int id) const {
   const std::string name = given_name(type, id);
-  return name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason);
+  return name.empty() ? fmt::format("{} {}", element, id) : fmt::format("{} '{}'", element, name);
 }
 
 std::optional<Shape> MjcfView::read_primitive(int geom) const {
@@ -90,7 +73,7 @@ std::optional<Shape> MjcfView::read_primitive(int geom) const {
 void MjcfView::require_supported() const {
   std::vector<std::string> faults;
   const auto refuse = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
-    faults.push_back(describe(element, type, id, reason));
+    faults.push_back(fmt::format("{} ({})", describe(element, type, id), reason));
   };
   for (int b = 1; b < m_->nbody; ++b) {
     if (m_->body_mocapid[b] >= 0 && has_at_or_below(b, [&](int c) { return m_->body_jntnum[c] > 0; }))
@@ -115,7 +98,7 @@ void MjcfView::require_supported() const {
 std::vector<std::string> MjcfView::list_passed_over(const MjcfMeaning& read) const {
   std::vector<std::string> names;
   const auto pass = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
-    names.push_back(describe(element, type, id, reason));
+    names.push_back(fmt::format("{} ({})", describe(element, type, id), reason));
   };
   for (int b = 1; b < m_->nbody; ++b) {
     if (roles_.is_object(b) && roles_.top(b) == b && !object_collides(b)) {
@@ -148,7 +131,7 @@ std::vector<std::string> MjcfView::list_passed_over(const MjcfMeaning& read) con
   }
   for (int i = 0; i < m_->npair; ++i) {
     if (!pair_read_[static_cast<std::size_t>(i)])
-      pass("pair", mjOBJ_PAIR, i, "a contact pair of bodies that are excluded or that a joint links, or one of too many");
+      pass("pair", mjOBJ_PAIR, i, "a contact pair of bodies that are excluded or that a joint links");
   }
   for (int i = 0; i < m_->nplugin; ++i) pass("plugin", mjOBJ_PLUGIN, i, "a plugin");
   for (int i = 0; i < m_->nactuator; ++i) {

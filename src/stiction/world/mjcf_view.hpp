@@ -32,15 +32,22 @@ class MjcfView {
   MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file);
 
   std::string given_name(mjtObj type, int id) const;
+  /// "ELEMENT 'NAME'", or "ELEMENT NUMBER" without a name
+  std::string describe(std::string_view element, mjtObj type, int id) const;
   const std::string& body_name(int body) const { return roles_.names().body(body); }
   const std::string& joint_name(int joint) const { return roles_.names().joint(joint); }
 
   bool is_free(int joint) const { return m_->jnt_type[joint] == mjJNT_FREE; }
   double reference(int joint) const { return m_->qpos0[m_->jnt_qposadr[joint]]; }  ///< value of the joint at the pose of the file
   bool is_ball(int joint) const { return m_->jnt_type[joint] == mjJNT_BALL; }
-  /// Type and affinity of a geom. Explicit contact pairs of the file get additional bits that no geom of the file uses.
-  const ContactMask& mask(int geom) const { return masks_[static_cast<std::size_t>(geom)]; }
-  bool collides(int geom) const { return (mask(geom).type | mask(geom).affinity) != 0; }
+  /// True if the geom has a type or an affinity, or touches another geom by a contact pair of the file.
+  bool collides(int geom) const {
+    return (m_->geom_contype[geom] | m_->geom_conaffinity[geom]) != 0 || paired_[static_cast<std::size_t>(geom)];
+  }
+  /// False for a contact pair of geoms that cannot touch.
+  bool acts(int pair) const {
+    return pair_read_[static_cast<std::size_t>(pair)] || masks_match(m_->pair_geom1[pair], m_->pair_geom2[pair]);
+  }
   bool is_on_joint(int actuator) const;
   bool slides_or_turns(int joint) const { return m_->jnt_type[joint] == mjJNT_HINGE || m_->jnt_type[joint] == mjJNT_SLIDE; }
   /// True if a joint of the robot follows another one by y − y₀ = a₀ + a₁ (x − x₀) + … + a₄ (x − x₀)⁴, or is fixed at y − y₀ = a₀.
@@ -70,8 +77,9 @@ class MjcfView {
   const std::filesystem::path& file_;
 
  private:
-  std::string describe(std::string_view element, mjtObj type, int id, std::string_view reason) const;
-  void find_masks();
+  bool masks_match(int geom, int other) const {
+    return ((m_->geom_contype[geom] & m_->geom_conaffinity[other]) | (m_->geom_contype[other] & m_->geom_conaffinity[geom])) != 0;
+  }
   /// True if the bodies of a contact pair cannot touch: the file excludes them, they are welded together, or a joint links them.
   bool is_kept_apart(int pair) const;
   bool has_colliding_geom(int body) const;
@@ -80,7 +88,7 @@ class MjcfView {
   /// Describes why the spring of a joint is not read; empty if it is read.
   std::string describe_spring(int joint) const;
 
-  std::vector<ContactMask> masks_{};  ///< per geom
+  std::vector<bool> paired_{};  ///< per geom
   std::vector<bool> pair_read_{};
 };
 

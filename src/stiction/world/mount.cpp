@@ -68,7 +68,10 @@ class MountReader {
                           "a file with a robot alone");
     RobotTree& tree = contents_.robot;
     root_ = is_mjcf_ ? tree.links[0].name : "";
-    for (RobotLink& link : tree.links) link.name = rename(link.name);
+    for (RobotLink& link : tree.links) {
+      link.name = rename(link.name);
+      for (RobotCollision& collision : link.collisions) collision.mask.file = tree.links[0].name;
+    }
     for (RobotJoint& joint : tree.joints) joint.name = prefixed(joint.name);
     for (auto& [a, b] : contents_.excludes) a = rename(a), b = rename(b);
     std::erase_if(contents_.contacts, [&](const ContactSpec& contact) { return is_of_world(contact.a) || is_of_world(contact.b); });

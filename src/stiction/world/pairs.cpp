@@ -157,13 +157,17 @@ class PairFinder {
     if (dimension == 6) pair.rolling = larger(one.rolling, other.rolling);
   }
 
+  static bool masks_match(const ContactMask& a, const ContactMask& b) {
+    if (a.file != b.file) return (a.type | a.affinity | b.type | b.affinity) != 0;
+    return ((a.type & b.affinity) | (b.type & a.affinity)) != 0;
+  }
+
   bool may_touch(const Geometry& a, const Geometry& b) const {
     const Body& body_a = m_.bodies[at(a.body)];
     const Body& body_b = m_.bodies[at(b.body)];
     if (body_a.dofs.empty() && body_b.dofs.empty()) return false;
-    const ContactMask& mask_a = parts_.masks[static_cast<std::size_t>(&a - m_.geometries.data())];
-    const ContactMask& mask_b = parts_.masks[static_cast<std::size_t>(&b - m_.geometries.data())];
-    if (((mask_a.type & mask_b.affinity) | (mask_b.type & mask_a.affinity)) == 0) return false;
+    const int index_a = static_cast<int>(&a - m_.geometries.data()), index_b = static_cast<int>(&b - m_.geometries.data());
+    if (!masks_match(parts_.masks[at(index_a)], parts_.masks[at(index_b)]) && !contacts_.contains({index_a, index_b})) return false;
     const int group_a = parts_.group[at(a.body)], group_b = parts_.group[at(b.body)];
     return group_a != group_b && !parts_.adjacent.contains({group_a, group_b}) && !parts_.adjacent.contains({group_b, group_a});
   }

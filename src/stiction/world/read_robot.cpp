@@ -190,13 +190,19 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   return robot;
 }
 
-/// Turns the pairs that an SRDF file disables into filters.
-void add_srdf(const YamlNode& node, RobotSpec& robot, std::span<const std::string> links, Scene& scene) {
+/// Turns the pairs that an SRDF file disables into filters. Its links are all bodies of the robot's file, but not the world of an MJCF.
+void add_srdf(const YamlNode& node, RobotSpec& robot, Scene& scene) {
   const auto file = find_resource(node.string(), node.file().parent_path(), robot.package_dirs);
   if (file.empty()) node.fail(fmt::format("'{}', which does not exist", node.string()), "an SRDF file");
   Srdf srdf = read_srdf(file);
-  for (const auto& [a, b] : srdf.pairs_apart(links))
-    scene.filters.push_back({fmt::format("{}/{}", robot.name, a), fmt::format("{}/{}", robot.name, b), std::nullopt});
+  const RobotContents& contents = *robot.contents;
+  std::vector<std::string> links;
+  for (const RobotLink& link : contents.robot.links) links.push_back(link.name);
+  if (!robot.mjcf.empty()) links.erase(links.begin());
+  for (const auto& [body, shapes] : contents.shapes_of) {
+    if (std::ranges::find(contents.robot.links, body, &RobotLink::name) == contents.robot.links.end()) links.push_back(body);
+  }
+  for (const auto& [a, b] : srdf.pairs_apart(links)) keep_apart(scene, robot, contents, a, b);
   robot.notes.insert(robot.notes.end(), srdf.notes.begin(), srdf.notes.end());
 }
 
@@ -228,7 +234,7 @@ void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path
     }
     if (robot.push_with.empty()) list->fail("an empty list", "the links that may touch objects");
   }
-  if (const auto srdf = node.find("srdf")) add_srdf(*srdf, robot, links, scene);
+  if (const auto srdf = node.find("srdf")) add_srdf(*srdf, robot, scene);
   if (robot.mjcf.empty() && whole == nullptr)
     scene.robots.push_back(std::move(robot));
   else

@@ -120,10 +120,12 @@ struct RobotContents {
   RobotTree robot;                  ///< for an MJCF: all bodies on hinges and slides and bodies welded to the world; root link "world"
   std::vector<ObjectSpec> objects;  ///< bodies with a free joint
   std::vector<GeometrySpec> fixed;  ///< geometry of the world body, and all planes, in its frame
-  std::vector<std::pair<std::string, std::string>> excludes;  ///< names of bodies that never touch each other
-  std::vector<ContactSpec> contacts{};                        ///< names are "body/geometry"; for the world "world/geometry"
-  std::string sha256;                                         ///< hash of the file or text, and of mounted files
-  FileConfiguration as_written{};                             ///< pose in which an MJCF is written
+  std::vector<std::pair<std::string, std::string>> excludes;  ///< names of bodies of the file that never touch each other
+  /// Bodies of the file with shapes that belong to objects or to the world, and these shapes: "OBJECT/GEOMETRY" or "world/GEOMETRY".
+  std::vector<std::pair<std::string, std::vector<std::string>>> shapes_of{};
+  std::vector<ContactSpec> contacts{};  ///< names are "body/geometry"; for the world "world/geometry"
+  std::string sha256;                   ///< hash of the file or text, and of mounted files
+  FileConfiguration as_written{};       ///< pose in which an MJCF is written
   std::vector<FileConfiguration> keyframes{};
   std::vector<FilePlace> places{};
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< gravity of an MJCF [m/s²]

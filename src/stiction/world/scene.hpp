@@ -62,9 +62,11 @@ struct BodyInertia {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, body axes [kg m²]
 };
 
-/// Two geometries may touch when one's `type` and the other's `affinity` have a bit in common.
+/// Two geometries of one MJCF may touch if the `type` of one and the `affinity` of the other have a bit in common. Geometries of different files
+/// may touch, unless both have neither a type nor an affinity.
 struct ContactMask {
   std::uint32_t type = ~0u, affinity = ~0u;
+  std::string file{};  ///< robot of the scene whose MJCF states them, '/', and the file mounted on it; empty: of no MJCF
 };
 
 /// Friction moments of a surface and its priority in a contact, as in MuJoCo's `condim`, `friction` and `priority`. Only simulations use the
@@ -112,8 +114,8 @@ struct ObjectSpec {
   /// Viscous friction of every coordinate, ≥ 0 [N·s/m and N·m·s/rad]. Moments on a free object oppose its angular velocity by the same number, as
   /// in MuJoCo. Only simulations use it.
   double joint_damping = 0;
-  double joint_stiffness = 0;                         ///< stiffness of a spring on a hinge or slider, ≥ 0 [N·m/rad or N/m]
-  double joint_rest = 0;                              ///< rest position of that spring [rad or m]
+  double joint_stiffness = 0;  ///< stiffness of a spring on a hinge or slider, ≥ 0 [N·m/rad or N/m]
+  double joint_rest = 0;       ///< rest position of that spring [rad or m]
   std::vector<GeometrySpec> geometries;
 };
 
@@ -184,7 +186,7 @@ struct FilterSpec {
   std::optional<double> max_distance;  ///< the pair is checked for contact only below this distance [m]; nullopt = pair excluded
 };
 
-/// Friction of the contacts between two given geometries "body/geometry" (MJCF: <pair>).
+/// Two given geometries "body/geometry" that may touch, whatever their masks are, and their friction (MJCF: <pair>).
 struct ContactSpec {
   std::string a, b;
   double friction = 1;                ///< μ ≥ 0

@@ -187,26 +187,39 @@ class UrdfSplitter {
       object.joint_damping = joint.damping;
       q[0] = std::clamp(0.0, joint.lower, joint.upper);
       if (joint.leader >= 0) loose_.push_back(joint.name);
-      const int parent = joint.parent;
-      contents_.excludes.emplace_back(object.name, tree_.links[at(role_[at(parent)] == Role::Object ? mover(at(parent)) : parent)].name);
+      const std::size_t parent = at(joint.parent);
+      for (const std::size_t part : parts_of(link)) {
+        if (role_[parent] != Role::Object) contents_.excludes.emplace_back(tree_.links[part].name, tree_.links[parent].name);
+      }
     }
     add_shapes(link, object);
     contents_.as_written.objects.emplace_back(object.name, q);
     contents_.objects.push_back(std::move(object));
   }
 
-  void add_shapes(std::size_t link, ObjectSpec& object) const {
-    BodyInertia whole;
+  /// The link that moves an object and the links fixed to it.
+  std::vector<std::size_t> parts_of(std::size_t link) const {
+    std::vector<std::size_t> out;
     for (std::size_t part = link; part < tree_.links.size(); ++part) {
-      if (role_[part] != Role::Object || mover(part) != static_cast<int>(link)) continue;
+      if (role_[part] == Role::Object && mover(part) == static_cast<int>(link)) out.push_back(part);
+    }
+    return out;
+  }
+
+  void add_shapes(std::size_t link, ObjectSpec& object) {
+    BodyInertia whole;
+    for (const std::size_t part : parts_of(link)) {
       const RobotLink& from = tree_.links[part];
       const Pose X = pose_in(part, link);
       add_inertia(inertia_of(from), X, whole);
+      std::vector<std::string> shapes;
       for (const RobotCollision& c : from.collisions) {
         const std::string name = part == link ? c.name : fmt::format("{}.{}", from.name, c.name);
         object.geometries.push_back(
             {.name = name, .shape = c.shape, .X_BG = X * c.X_LG, .friction = c.friction.value_or(1.0), .mask = c.mask});
+        shapes.push_back(fmt::format("{}/{}", object.name, name));
       }
+      if (!shapes.empty()) contents_.shapes_of.emplace_back(from.name, std::move(shapes));
     }
     if (!(whole.mass > 0)) fail(fmt::format("object '{}' without mass and without a shape", object.name), "an <inertial> or a <collision>");
     object.mass = whole.mass;
