@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Bounds of where plans leave their object (`stiction check --tube`), against noisy runs of the same plans in MuJoCo.
 
-    .venv/bin/python bench/tube.py --keep FOLDER [--seeds 3] [--runs 10] [--factors 1,1] [--linear] TASK … > tube.json
+    .venv/bin/python bench/tube.py --keep FOLDER [--seeds 3] [--runs 10] [--no-margins] [--factors 1,1] [--linear] TASK … > tube.json
 
 Every plan is made, refined and run open loop in worlds that are drawn from the sets of errors. The factors of the tubes of a task come from the runs of all other
 tasks (split conformal prediction, 95 %), so that no task is judged by its own runs. Those of all tasks together are what the library states (kTubeFactors);
@@ -62,7 +62,7 @@ def make_plan(task, seed, arguments):
     if file.exists():
         text = file.read_text()
         return st.parse_plan(text, arguments.keep) if text else None
-    found = st.plan(st.load_task(task), seed=seed, threads=1, timeout_s=arguments.timeout)
+    found = st.plan(st.load_task(task), seed=seed, threads=1, timeout_s=arguments.timeout, options={"margins": not arguments.no_margins})
     if found.status != st.Status.Solved:
         file.write_text("")
         return None
@@ -224,6 +224,7 @@ def main():
     parser.add_argument("--all-runs", action="store_true", help="also of plans that are refused with any factor of 1 or more")
     parser.add_argument("--factors", type=lambda text: [float(word) for word in text.split(",")], help="of position and angle, in place of those from the other tasks: POSITION,ANGLE")
     parser.add_argument("--linear", action="store_true", help="also linear propagation of the errors")
+    parser.add_argument("--no-margins", action="store_true", help="plans as the options of their tasks have them")
     arguments = parser.parse_args()
     arguments.keep.mkdir(parents=True, exist_ok=True)
     plans = [measure_plan(task, seed, arguments) for task in arguments.tasks for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds)]

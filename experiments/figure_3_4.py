@@ -17,6 +17,7 @@ THRESHOLD = 3.0  # η of the packing ratio
 # The settings of the published runs of this system.
 SETTINGS = {
     "sample_box": {"carriage": {"lower": BOX[0, :1].tolist(), "upper": BOX[1, :1].tolist()}, "ball": {"lower": BOX[0, 1:].tolist(), "upper": BOX[1, 1:].tolist()}},
+    "margins": False,
     "goal_bias": 0.1,
 }
 THESIS = {"grasp_probability": 0.2, "gamma": 1e-6, "length": 0.2, "regularisation": {"epsilon": 1}}

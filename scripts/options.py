@@ -15,7 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 HEAD = """# Options of the planner
 
 A task needs none of these options. They stand in the section `planner` of a task file; in Python they have the same names, as in
-`st.plan(task, options={"friction": 0.8, "goal_bias": 0.2})`. Everything else that the planner needs follows from sizes, weights and springs of the scene
+`st.plan(task, options={"margins": True, "goal_bias": 0.2})`. Everything else that the planner needs follows from sizes, weights and springs of the scene
 ([scales](theory/scales.md)). A plan file lists the options that were used. Numbers such as (3.5) and Alg. 2 are those of the thesis.
 `scripts/options.py` writes this page.
 

@@ -28,6 +28,7 @@ task = st.Task(
         "start": {"objects": {"box": {"coordinates": [0.5, 0.0, 0.0]}}, "joints": [0.0, 0.0]},
         "goal": {"objects": {"box": {"coordinates": [0.65, 0.0, math.pi / 2]}}},
         "tolerance": {"position": 0.02, "angle": 0.1},
+        "planner": {"margins": True},  # it is executed open loop below
     }
 )
 

@@ -4,8 +4,8 @@
 
 #include "pickles.hpp"
 #include "step_arguments.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 #include "stiction/dynamics/rollout_batch.hpp"
-#include "stiction/dynamics/weights_aside.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {
@@ -81,7 +81,8 @@ std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelP
 Rows calc_weights_aside(const world::Model& model, const Matrix& q, double angle, int draw) {
   core::require_size("q.shape[1]", q.named("q").cols(), model.n_q());
   if (!(angle >= 0 && angle < 1.57)) core::throw_invalid("angle", fmt::format("{}", angle), "[0, pi/2) [rad]");
-  if (draw < 0 || draw >= dynamics::kSides) core::throw_invalid("draw", std::to_string(draw), fmt::format("[0, {}]", dynamics::kSides - 1));
+  if (draw < 0 || draw >= dynamics::kDisturbances)
+    core::throw_invalid("draw", std::to_string(draw), fmt::format("[0, {}]", dynamics::kDisturbances - 1));
   Rows out(q.named("q").rows(), model.n_v());
   for (Eigen::Index i = 0; i < q.named("q").rows(); ++i) out.row(i) = dynamics::calc_weights_aside(model, q.named("q").row(i), angle, draw);
   return out;

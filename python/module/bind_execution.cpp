@@ -159,7 +159,7 @@ The plan is simulated in several scenarios, each with random errors within the b
 
 Returns a TubeResult. Its status is Solved, or MaxIterations: the time was used up, and there are no rests. Raises InvalidInput.
 
-    >>> plan = st.refine(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0).plan).plan
+    >>> plan = st.refine(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0, options={"margins": True}).plan).plan
     >>> tube = st.calc_tube(plan)
     >>> tube.status, tube.inside, len(tube.rests[0].scenarios)
     (Status.Solved, True, 17))");

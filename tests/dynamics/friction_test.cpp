@@ -228,6 +228,33 @@ TEST(Damping, FreeBall_MovesByForceOverMassAndDamping) {
             std::string::npos);
 }
 
+// A ball that is pushed with nine tenths of what friction holds stays with all of μ and slides with eight tenths, from the same state, whatever came before.
+TEST(FrictionFactors, Ball_SlidesWhereItsPairHasLess) {
+  const StiffBall system;
+  Eigen::VectorXd tau = Eigen::VectorXd::Zero(6), factors = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(system.model->pairs().size()));
+  tau[0] = 0.9 * kMu * kMass * kGravity;
+  StepWorkspace work(system.model);
+  StepResult r;
+  const auto slide = [&](const Eigen::VectorXd* friction) {
+    EXPECT_EQ(
+        step(*system.model, {system.q, Eigen::VectorXd(0), &tau, &system.damping, friction}, {.regularisation = FixedEpsilon{1}}, work, r),
+        Status::Solved);
+    return r.contacts[0].slide();
+  };
+  for (int k = 0; k < 2; ++k) {
+    factors[0] = 1;
+    EXPECT_LT(slide(&factors), 1e-6);
+    factors[0] = 0.8;
+    EXPECT_GT(slide(&factors), 1e-5);
+    EXPECT_NEAR(r.contacts[0].lambda.tail<2>().norm(), 0.8 * kMu * r.contacts[0].lambda[0], 1e-8) << "on the smaller cone";
+    EXPECT_LT(slide(nullptr), 1e-6);
+  }
+  factors[0] = -1;
+  EXPECT_NE(stiction::test::message_of([&] { (void)slide(&factors); }).find("friction"), std::string::npos);
+  factors.resize(2);
+  EXPECT_NE(stiction::test::message_of([&] { (void)slide(&factors); }).find("friction"), std::string::npos);
+}
+
 TEST(Wrench, BallOnGround_CarriesWeightThroughTheContactPoint) {
   const StiffBall system;
   Eigen::VectorXd q = system.q;

@@ -88,8 +88,10 @@ TEST(Tree, NodesForAChangeOfContacts_AreThoseNearTheGoalMoreOften) {  // in whic
 TEST(Tree, ReplayedNode_ComesBackAsFarAsItIsByThat) {
   RandomTree t("planar_pushing");
   const int nearest = t.tree.take_by_place(true);
-  t.tree.set_fine(nearest, t.tree[nearest].q, 20, 1000);
-  EXPECT_EQ(t.tree[nearest].q_fine, t.tree[nearest].q);
+  EdgeReplay replay;
+  replay.q_fine = t.tree[nearest].q;
+  t.tree.set_replay(nearest, replay, 20, 1000);
+  EXPECT_FALSE(t.tree[nearest].replay.empty());
   EXPECT_EQ(t.tree[nearest].goal_ratio, 20);
   EXPECT_EQ(t.tree[nearest].goal_distance, 1000);
   int again = 0;
@@ -121,11 +123,11 @@ TEST(Tree, NodesToPushFromByPlace_AreThoseNearTheGoalWhateverTheirMetric) {
 
 TEST(Tree, Best_IsTheNearestThatIsNotPruned) {
   RandomTree t("planar_pushing");
-  for (int i = 0; i < t.tree.size(); ++i) t.tree.set_fine(i, t.tree[i].q, 1 + i, 1);
+  for (int i = 0; i < t.tree.size(); ++i) t.tree.set_replay(i, {.q_fine = t.tree[i].q, .disturbed = {}}, 1 + i, 1);
   EXPECT_EQ(t.tree.best(), 0);
   t.tree.prune(0);
   EXPECT_EQ(t.tree.best(), 1) << "a node that verification refused is not carried out";
-  t.tree.set_fine(1, t.tree[1].q, 1000, 1);
+  t.tree.set_replay(1, {.q_fine = t.tree[1].q, .disturbed = {}}, 1000, 1);
   EXPECT_EQ(t.tree.best(), 2);
   t.tree.prune(2);
   EXPECT_FALSE(t.tree.pruned(t.tree.best()));

@@ -88,7 +88,7 @@ void calc_samples(const Model& model, const StepInput& in, const Sampling& sampl
     s.q.resize(model.n_q());
     world::retract(model, in.q, s.w_q, s.q);
     s.u = in.u + s.w_u;
-    const StepInput disturbed{s.q, s.u, in.tau_ext, in.damping};
+    const StepInput disturbed{s.q, s.u, in.tau_ext, in.damping, in.friction};
     StepWorkspace& step_work = work.steps[static_cast<std::size_t>(worker)];
     if (same_q) {
       s.guess = work.nominal.delta;

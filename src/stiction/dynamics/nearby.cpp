@@ -44,7 +44,7 @@ void calc_kinematics(const Model& model, VectorRef q, StepWorkspace::Impl& work)
   work.margin_seen = -1;
 }
 
-void find_contacts(const Model& model, double margin, double fall, bool within_reach, StepWorkspace::Impl& work) {
+void find_contacts(const Model& model, const StepInput& in, double margin, double fall, bool within_reach, StepWorkspace::Impl& work) {
   if (work.margin_seen != margin || work.fall_seen != fall) {
     work.near.resize(model.pairs().size());
     for (std::size_t i = 0; i < work.near.size(); ++i) {
@@ -56,7 +56,9 @@ void find_contacts(const Model& model, double margin, double fall, bool within_r
     work.fall_seen = fall;
     work.near_contacts = work.contacts.size();
   }
-  if (within_reach) work.margin_seen = -1;  // no other step may reuse these contacts
+  if (in.friction)
+    for (auto& contact : work.contacts) contact.friction *= (*in.friction)[contact.pair];
+  if (in.friction || within_reach) work.margin_seen = -1;  // no other step may reuse these contacts
 }
 
 }  // namespace stiction::dynamics::detail

@@ -15,6 +15,7 @@ void calc_kinematics(const world::Model& model, VectorRef q, StepWorkspace::Impl
 /// @param fall          how far an object may fall [m]; patch points up to this distance are listed too, because the object may tip onto
 ///                      them
 /// @param within_reach  only pairs nearer than work.reach.near
-void find_contacts(const world::Model& model, double margin, double fall, bool within_reach, StepWorkspace::Impl& work);
+void find_contacts(const world::Model& model, const StepInput& in, double margin, double fall, bool within_reach,
+                   StepWorkspace::Impl& work);
 
 }  // namespace stiction::dynamics::detail

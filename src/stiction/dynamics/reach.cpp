@@ -49,8 +49,8 @@ Travel calc_travel(const Model& model, int pair, const Reach& reach) {
   return {v.norm() + w.norm() * small->bounding_radius, reach.w[b].norm()};
 }
 
-double friction_of(const Model& model, int pair, const StepOptions& options) {
-  return model.pairs()[at(pair)].friction * options.friction_scale;
+double friction_of(const Model& model, int pair, const StepInput& in, const StepOptions& options) {
+  return model.pairs()[at(pair)].friction * options.friction_scale * (in.friction ? (*in.friction)[pair] : 1.0);
 }
 
 template <class S>
@@ -79,7 +79,7 @@ Reach::Reach(const Model& model)
   close.reserve(pairs.size());
 }
 
-void guess_reach(const Model& model, const StepOptions& options, double margin, StepWorkspace::Impl& work) {
+void guess_reach(const Model& model, const StepInput& in, const StepOptions& options, double margin, StepWorkspace::Impl& work) {
   Reach& reach = work.reach;
   for (std::size_t g = 0; g < reach.center.size(); ++g)
     reach.center[g] = work.kinematics.X_WB[at(model.geometries()[g].body)] * model.geometries()[g].p_BCenter;
@@ -103,19 +103,19 @@ void guess_reach(const Model& model, const StepOptions& options, double margin, 
     const bool object = model.bodies()[at(model.geometries()[at(p.geometry_a)].body)].kind ==
                         world::BodyKind::Object;  // if the pair has an object, it comes first
     const double travel = calc_travel(model, i, reach).travel + (object ? farthest : 0.0);
-    const double mu = friction_of(model, i, options);
+    const double mu = friction_of(model, i, in, options);
     const double seen = p.max_distance + margin;
     reach.near[at(i)] = std::min(seen, kNear * model.scales().pair(i).length + (1 + mu) * travel);
   }
 }
 
-bool stays_within_reach(const Model& model, const StepOptions& options, StepWorkspace::Impl& work) {
+bool stays_within_reach(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
   Reach& reach = work.reach;
   calc_twists(model, work.kinematics, work.solution.x, reach);
   for (const int i : reach.close) {
     if (reach.near[at(i)] >= model.pairs()[at(i)].max_distance + reach.margin) continue;
     const Travel most = calc_travel(model, i, reach);
-    const double mu = friction_of(model, i, options);
+    const double mu = friction_of(model, i, in, options);
     if ((1 + mu) * (most.travel + most.turn * reach.near[at(i)]) > reach.near[at(i)] || (1 + mu) * most.turn >= 1) return false;
   }
   return true;

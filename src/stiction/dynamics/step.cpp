@@ -83,6 +83,12 @@ void require_input(const Model& model, const StepInput& in) {
     core::require_size("damping", in.damping->size(), model.n_v());
     for (const double d : *in.damping) core::require_nonnegative("damping", d);
   }
+  if (in.friction) {
+    core::require_size("friction", in.friction->size(), static_cast<Eigen::Index>(model.pairs().size()));
+    if (!(in.friction->array() >= 0 && in.friction->array().isFinite()).all()) {  // there are hundreds
+      for (const double factor : *in.friction) core::require_nonnegative("friction", factor);
+    }
+  }
 }
 
 void read_contacts(const Model& model, const StepOptions& options, StepWorkspace::Impl& work, std::vector<ContactImpulse>& out) {
@@ -146,13 +152,13 @@ Status find_and_solve(const StepProgram& program, double fall, StepWorkspace::Im
   const bool within_reach =
       options.contacts_within_reach && smoothing == nullptr && guess == nullptr && !work.reach.pairs.empty() && !model.scene().max_contacts;
   if (within_reach) {
-    guess_reach(model, options, margin, work);
-    find_contacts(model, margin, fall, true, work);
+    guess_reach(model, in, options, margin, work);
+    find_contacts(model, in, margin, fall, true, work);
     const Status status = solve_with_met(program, margin, work, least_share, iterations);
-    if (status == Status::Solved && stays_within_reach(model, options, work)) return status;
+    if (status == Status::Solved && stays_within_reach(model, in, options, work)) return status;
     work.margin_seen = -1;
   }
-  find_contacts(model, margin, fall, false, work);
+  find_contacts(model, in, margin, fall, false, work);
   return solve_with_met(program, margin, work, least_share, iterations);
 }
 

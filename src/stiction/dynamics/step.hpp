@@ -78,6 +78,7 @@ struct StepInput {
   VectorRef u;                               ///< commanded joint positions (n_a) [rad or m]
   const Eigen::VectorXd* tau_ext = nullptr;  ///< external generalised force (n_v) besides gravity [N, N·m]; may be null
   const Eigen::VectorXd* damping = nullptr;  ///< viscous force −damping·δq/h per coordinate (n_v), ≥ 0 [N·s/m, N·m·s/rad]; may be null
+  const Eigen::VectorXd* friction = nullptr;  ///< factors on μ, on top of friction_scale (one per pair of the model), ≥ 0; may be null
 };
 
 /// One contact of a step with its impulse.

@@ -249,7 +249,10 @@ bool add_met(const Model& model, const StepInput& in, double margin, StepWorkspa
   if (sweep.added.empty()) return false;
   contact::query_pairs(model, work.kinematics, sweep.added, motion, work.contact_work, sweep.contacts);
   contact::split_turning(model, sweep.contacts);
-  work.contacts.insert(work.contacts.end(), sweep.contacts.begin(), sweep.contacts.end());
+  for (const contact::Contact& contact : sweep.contacts) {
+    work.contacts.push_back(contact);
+    if (in.friction) work.contacts.back().friction *= (*in.friction)[contact.pair];
+  }
   for (const int pair : sweep.added) sweep.met.insert(std::ranges::lower_bound(sweep.met, pair), pair);
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
   work.margin_seen = -1;  // no other step may reuse these contacts

@@ -36,8 +36,8 @@ struct Expansion {
   std::vector<int> aim;           ///< in scenes with tools: the objects that the subgoal is about; the others may be anywhere
   Eigen::VectorXd counted;        ///< 1 per coordinate that the subgoal is about, else 0 (n_vu)
   std::vector<char> touch;        ///< pairs at which a regrasp may take hold; empty: all
-  Eigen::VectorXd near_fine;      ///< Node::q_fine of `near`, if this expansion computed it (n_q)
-  int refined = -1;               ///< node to which near_fine belongs
+  EdgeReplay near_replay;         ///< replay of `near`, if this expansion computed it
+  int refined = -1;               ///< node to which near_replay belongs
   bool rejected = false;          ///< `near` failed its verification: nothing is built on it
   bool may_be_unstable = false;   ///< a release may be unstable, because hardly any release is stable
   Release release;                ///< branches that a regrasp releases

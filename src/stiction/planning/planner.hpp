@@ -25,6 +25,7 @@ struct PlannerOptions {
   std::vector<world::SampleBox> sample_boxes;         ///< boxes from which subgoals are drawn; empty: default_sample_boxes
   std::optional<dynamics::FrictionLaw> friction_law;  ///< nullopt: Anitescu's law in a planar scene or with `thesis`, else Coulomb's
   double friction = 1;                                ///< factor on every friction coefficient μ of the scene, in (0, 1]
+  bool margins = false;                               ///< pushes must also hold with displaced objects, tilted gravity and less friction
   bool anytime = false;                    ///< after the first plan, search for cheaper ones until the deadline or the end of the budget
   std::optional<thesis::Settings> thesis;  ///< Algorithm 2 as printed, for the tables and figures of the thesis
   /// Bit mask of the mechanisms that are left out (1 << Mechanism). For ablations only (bench/search.py).

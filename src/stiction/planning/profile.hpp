@@ -14,6 +14,7 @@ enum class Activity : unsigned {
   Pushes,        ///< sub-steps of extensions
   LocalModels,   ///< smoothed steps with B at new nodes
   HalfSteps,     ///< replay of edges at half sub-steps
+  Disturbances,  ///< pushes with displaced objects, tilted gravity and less friction (margins)
   LettingGo,     ///< branches let go and back off
   Stability,     ///< objects under tilted gravity while branches are away
   GraspSamples,  ///< draws of postures in contact
@@ -23,9 +24,9 @@ enum class Activity : unsigned {
   Grasping,      ///< motion along these paths, until objects rest
   Ends,          ///< settling the start, writing the plan
 };
-inline constexpr std::array<std::string_view, 13> kActivityNames = {
-    "selection",     "extensions",   "pushes",       "local_models", "half_steps", "letting_go", "stability",
-    "grasp_samples", "grasp_models", "grasp_trials", "paths",        "grasping",   "ends"};
+inline constexpr std::array<std::string_view, 14> kActivityNames = {
+    "selection", "extensions",    "pushes",       "local_models", "half_steps", "disturbances", "letting_go",
+    "stability", "grasp_samples", "grasp_models", "grasp_trials", "paths",      "grasping",     "ends"};
 
 /// Processor time by activity, of one thread or of several.
 struct Profile {

@@ -8,7 +8,7 @@
 #include "stiction/contact/clearance.hpp"
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
-#include "stiction/dynamics/weights_aside.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 #include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -89,11 +89,11 @@ bool RegraspSimulation::is_stable() {
   steps.kind = Pace::Kind::Steps;
   const Watch stays{.places = {{{&at_.q, setting_.thresholds.regrasp}, {}}}};
   bool stable = true;
-  for (int side = 0; side < dynamics::kSides && stable; ++side) {
+  for (int side = 0; side < dynamics::kDisturbances && stable; ++side) {
     Trace aside{.q = at_.q, .u = at_.u};
     bool rests = false;
     scratch_.steps.forget();
-    const Disturbance tilt{threshold::kReleaseTilt, side};
+    const Disturbance tilt{nullptr, threshold::kReleaseTilt, side};
     stable = simulation_.hold(threshold::kMostHeld * sizes_.cuts, rest(), steps, tilt, stays, aside, rests) == Ending::Reached && rests;
   }
   scratch_.steps.forget();

@@ -21,10 +21,12 @@ using core::Status;
 constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
 
 /// Options of two trees in three, with less friction: objects slip out of the fingers before these hold them aloft, where they could not let
-/// go, and jam less between fingers and support. Not in planar scenes, where friction is all that moves things.
+/// go, and jam less between fingers and support. Not in planar scenes, where friction is all that moves things, nor with margins, which try
+/// less friction anyway.
 PlannerOptions slippery(PlannerOptions options, const world::Model& model) {
   const bool coulomb = options.step_options(model).friction_law == dynamics::FrictionLaw::Coulomb;
-  if (options.uses(Mechanism::SlipperyTrees) && coulomb) options.friction = std::min(options.friction, threshold::kSlippery);
+  if (options.uses(Mechanism::SlipperyTrees) && coulomb && !options.margins)
+    options.friction = std::min(options.friction, threshold::kSlippery);
   return options;
 }
 

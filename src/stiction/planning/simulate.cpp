@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "stiction/dynamics/weights_aside.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 #include "stiction/planning/contact_limits.hpp"
 
 namespace stiction::planning {
@@ -96,7 +96,7 @@ bool Simulation::solve(const Eigen::VectorXd& q, Eigen::VectorXd& u, const Pace&
   }
   Eigen::VectorXd weights;
   if (disturbance.tilt > 0) weights = dynamics::calc_weights_aside(setting_.model, q, disturbance.tilt, disturbance.side);
-  const dynamics::StepInput input{q, u, disturbance.tilt > 0 ? &weights : nullptr};
+  const dynamics::StepInput input{q, u, disturbance.tilt > 0 ? &weights : nullptr, nullptr, disturbance.friction_factors};
   return work_.add(1, dynamics::step(setting_.model, input, pace.step, scratch_.steps, scratch_.step_result));
 }
 

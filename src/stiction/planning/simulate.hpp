@@ -35,8 +35,9 @@ struct Pace {
 
 /// Differences between a simulation and the scene (Kind::Steps only).
 struct Disturbance {
-  double tilt = 0;  ///< angle by which gravity is tilted [rad]
-  int side = 0;     ///< direction of the tilt, one of dynamics::kSides
+  const Eigen::VectorXd* friction_factors = nullptr;  ///< factors on the μ of each pair of the model; null: 1
+  double tilt = 0;                                    ///< angle by which gravity is tilted [rad]
+  int side = 0;                                       ///< direction of the tilt, one of dynamics::kDisturbances
 };
 
 /// A place where objects may be.

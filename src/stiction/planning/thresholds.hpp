@@ -26,6 +26,12 @@ inline constexpr double kMotionless = 0.01;      ///< largest motion of objects 
 inline constexpr double kMotionlessTurn = 1e-3;  ///< largest turn of objects in a push that refinement drops [rad]
 inline constexpr int kMostSettling = 100;        ///< most steps in which a start must come to rest
 
+// ---- margins of pushes (docs/lab/margins.md)
+inline constexpr double kStartNoise = 0.2;     ///< error of object poses at the start of a push [tolerances]
+inline constexpr double kEdgeTilt = 0.05;      ///< tilt of gravity to each of four sides [rad]
+inline constexpr double kFrictionNoise = 0.3;  ///< μ is reduced by this share at half of the contacts
+inline constexpr int kTiltHeld = 3;            ///< steps for which the last command of a disturbed edge is held
+
 // ---- regrasps
 inline constexpr double kReleaseTilt = 0.1;  ///< a release is stable if objects stay with gravity tilted by this to any of four sides [rad]
 inline constexpr double kRegraspAngle = 0.02;  ///< an object may turn by this while branches move to new contacts [rad]

@@ -52,9 +52,9 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   return i;
 }
 
-void Tree::set_fine(int i, Eigen::VectorXd q_fine, double goal_ratio, double goal_distance) {
+void Tree::set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance) {
   Node& node = nodes_[static_cast<std::size_t>(i)];
-  node.q_fine = std::move(q_fine);
+  node.replay = std::move(replay);
   node.goal_ratio = goal_ratio;
   node.goal_distance = goal_distance;
   if (i == best_) find_best();

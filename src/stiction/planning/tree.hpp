@@ -22,6 +22,14 @@ struct LocalModel {
            const Eigen::VectorXd& joint_units = {});
 };
 
+/// End states of the path from the root to a node when it is replayed otherwise than the tree simulated it.
+struct EdgeReplay {
+  Eigen::VectorXd q_fine;     ///< at half sub-steps (n_q)
+  Eigen::MatrixXd disturbed;  ///< under each disturbance of the margins (n_q × kDisturbances); empty without margins
+
+  bool empty() const { return q_fine.size() == 0; }
+};
+
 /// A state of the tree, with the edge that leads to it.
 struct Node {
   int parent = -1;
@@ -34,7 +42,8 @@ struct Node {
   LocalModel local;
   double goal_ratio = 0;                              ///< larger of position and angle error at the goal, in tolerances
   double goal_distance = 0;                           ///< distance of all objects from the goal, in tolerances
-  Eigen::VectorXd q_fine{};                           ///< end of the path from the root at half sub-steps (n_q); empty until computed
+  int pushes = 0;                                     ///< number of pushes on the path from the root
+  EdgeReplay replay{};                                ///< empty until computed
   double cost = 0;                                    ///< cost of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};               ///< commands of the extensions that were tried from here (n_a each)
   std::vector<world::ChainMask> unstable_releases{};  ///< branches whose release leaves the object unstable
@@ -80,8 +89,8 @@ class Tree {
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void add_unstable_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].unstable_releases.push_back(branches); }
-  /// Sets Node::q_fine, and with it the distance of the node from the goal.
-  void set_fine(int i, Eigen::VectorXd q_fine, double goal_ratio, double goal_distance);
+  /// Sets the replay of a node at half steps, and with it the distance of the node from the goal.
+  void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance);
 
   /// Takes a node without children out of every later search.
   void prune(int i);

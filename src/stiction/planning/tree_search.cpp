@@ -30,6 +30,7 @@ TreeSearch::TreeSearch(const Setting& setting, const Eigen::VectorXd& u_start, s
       models_(setting_),
       extend_(setting_, models_),
       contact_change_(setting_, models_, extend_),
+      verifier_(setting_, seed),
       tools_(setting_),
       writer_(setting_),
       tree_(setting_.goal.space(), setting_.goal.inverse_tolerances().cwiseAbs2(),
@@ -48,7 +49,7 @@ bool TreeSearch::plant_root(ThreadScratch& scratch, PlanResult& result) {
     result.reason = "the start has no local model: its smoothed step is not solved";
     return false;
   }
-  if (!verify_root(setting_, root, scratch, totals_, root.q_fine)) {
+  if (!verifier_.verify_root(root, scratch, totals_, root.replay)) {
     if (!scratch.stop()) result.reason = "the start cannot be settled: a step of half the length is not solved";
     return false;
   }
@@ -87,11 +88,11 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
   const ProfileClock::Scope scope(scratch.profile, Activity::Selection);
   core::Random random(seed_, (x.stream << 1) + 1);
   aim(x, random, scratch);
-  if (tree_[x.near].q_fine.size() == 0) {
+  if (tree_[x.near].replay.empty()) {
     x.refined = x.near;
     const Node& node = tree_[x.near];
     const Node& parent = tree_[node.parent];
-    x.rejected = !verify_edge(setting_, parent, parent.q_fine, node, scratch, x.totals, x.near_fine);
+    x.rejected = !verifier_.verify_edge(parent, parent.replay, node, scratch, x.totals, x.near_replay);
     if (x.rejected) return;
   }
   if (x.grasp) contact_change_.choose(tree_, x, random);
@@ -102,8 +103,8 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
       x.grasp ? contact_change_.try_edge(tree_, x, random, scratch, node) : extend_.try_edge(near, x, scratch, x.command, node);
   if (!grown || !complete(near, scratch, x.totals, node)) return;
   x.chain.push_back(std::move(node));
-  const Eigen::VectorXd& near_fine = near.q_fine.size() == 0 ? x.near_fine : near.q_fine;
-  while (setting_.options.uses(Mechanism::Chains) && goes_on(x, near) && lengthen(x, near, near_fine, scratch)) {
+  const EdgeReplay& near_replay = near.replay.empty() ? x.near_replay : near.replay;
+  while (setting_.options.uses(Mechanism::Chains) && goes_on(x, near) && lengthen(x, near, near_replay, scratch)) {
   }
 }
 
@@ -175,6 +176,7 @@ Plan TreeSearch::plan_to(int node, bool forces, ThreadScratch& scratch) {
 
 bool TreeSearch::complete(const Node& parent, ThreadScratch& scratch, Totals& totals, Node& node) const {
   const ProfileClock::Scope scope(scratch.profile, Activity::LocalModels);
+  node.pushes = parent.pushes + starts_push(parent, node);
   node.cost = cost_to(setting_.model, parent, node);
   return node.cost < bound_ && models_.linearise(node, false, scratch, totals);
 }
@@ -191,12 +193,12 @@ bool TreeSearch::goes_on(const Expansion& x, const Node& near) const {
   return distance > setting_.options.tolerance_fraction && distance < threshold::kProgress * x.distance(setting_.goal, before.q);
 }
 
-bool TreeSearch::lengthen(Expansion& x, const Node& near, const Eigen::VectorXd& near_fine, ThreadScratch& scratch) const {
+bool TreeSearch::lengthen(Expansion& x, const Node& near, const EdgeReplay& near_replay, ThreadScratch& scratch) const {
   auto& chain = x.chain;
   const bool first = chain.size() == 1;
   const Node& before = first ? near : chain[chain.size() - 2];
   Node& last = chain.back();
-  if (!verify_edge(setting_, before, first ? near_fine : before.q_fine, last, scratch, x.totals, last.q_fine)) {
+  if (!verifier_.verify_edge(before, first ? near_replay : before.replay, last, scratch, x.totals, last.replay)) {
     ++x.broken;
     chain.pop_back();
     return false;
@@ -204,8 +206,8 @@ bool TreeSearch::lengthen(Expansion& x, const Node& near, const Eigen::VectorXd&
   const double fraction = setting_.options.tolerance_fraction;
   if (x.to_goal && setting_.goal.ratio(last.q) <= fraction) {
     // Both resolutions are at the goal, or they are too far apart for one more push to bring both there.
-    if (setting_.goal.ratio(last.q_fine) <= fraction) return false;
-    if (setting_.goal.share_of_tolerances(last.q, last.q_fine) > 2 * fraction) return false;
+    if (setting_.goal.ratio(last.replay.q_fine) <= fraction) return false;
+    if (setting_.goal.share_of_tolerances(last.q, last.replay.q_fine) > 2 * fraction) return false;
   }
   Node next;
   Eigen::VectorXd command;
@@ -216,15 +218,15 @@ bool TreeSearch::lengthen(Expansion& x, const Node& near, const Eigen::VectorXd&
 }
 
 void TreeSearch::record_verdict(Expansion& x) {
-  if (tree_[x.refined].q_fine.size() > 0) return;  // another expansion of the round verified the node, with the same outcome
-  set_fine(x.refined, std::move(x.near_fine));
+  if (!tree_[x.refined].replay.empty()) return;  // another expansion of the round verified the node, with the same outcome
+  set_replay(x.refined, std::move(x.near_replay));
   if (!x.rejected) return;
   tree_.prune(x.refined);
   ++totals_.distrusted;
 }
 
 int TreeSearch::insert(Node node, bool visited) {
-  std::tie(node.goal_ratio, node.goal_distance) = how_far(node.q, node.q_fine);
+  std::tie(node.goal_ratio, node.goal_distance) = how_far(node.q, node.replay);
   if (node.goal_distance < threshold::kGain * least_distance_) {
     least_distance_ = node.goal_distance;
     last_gain_ = iterations_;
@@ -233,34 +235,37 @@ int TreeSearch::insert(Node node, bool visited) {
   return tree_.add(std::move(node), goal, visited);
 }
 
-std::pair<double, double> TreeSearch::how_far(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine) const {
+std::pair<double, double> TreeSearch::how_far(const Eigen::VectorXd& q, const EdgeReplay& replay) const {
   const double ratio = setting_.goal.ratio(q), distance = setting_.goal.distance(q);
-  if (q_fine.size() == 0) return {ratio, distance};
-  return {std::max(ratio, setting_.goal.ratio(q_fine)), std::max(distance, setting_.goal.distance(q_fine))};
+  if (replay.empty()) return {ratio, distance};
+  return {std::max(ratio, setting_.goal.ratio(replay.q_fine)), std::max(distance, setting_.goal.distance(replay.q_fine))};
 }
 
-void TreeSearch::set_fine(int i, Eigen::VectorXd q_fine) {
-  const auto [ratio, distance] = how_far(tree_[i].q, q_fine);
-  tree_.set_fine(i, std::move(q_fine), ratio, distance);
+void TreeSearch::set_replay(int i, EdgeReplay replay) {
+  const auto [ratio, distance] = how_far(tree_[i].q, replay);
+  tree_.set_replay(i, std::move(replay), ratio, distance);
 }
 
 bool TreeSearch::reaches_goal(int node, ThreadScratch& scratch) {
   if (tree_[node].edge == SegmentKind::Regrasp || setting_.goal.ratio(tree_[node].q) > setting_.options.tolerance_fraction) return false;
-  Eigen::VectorXd q_fine = tree_[node].q_fine;
+  EdgeReplay replay = tree_[node].replay;
   bool holds = true;
-  if (q_fine.size() == 0 && tree_[node].parent >= 0) {
+  if (replay.empty() && tree_[node].parent >= 0) {
     const Node& parent = tree_[tree_[node].parent];
-    holds = verify_edge(setting_, parent, parent.q_fine, tree_[node], scratch, totals_, q_fine);
+    holds = verifier_.verify_edge(parent, parent.replay, tree_[node], scratch, totals_, replay);
   }
+  if (holds && setting_.goal.ratio(replay.q_fine) > setting_.options.tolerance_fraction) {
+    set_replay(node, std::move(replay));
+    return false;
+  }
+  for (const auto& q : replay.disturbed.colwise()) holds = holds && setting_.goal.ratio(q) <= 1;
   if (holds) {
-    set_fine(node, q_fine);
-    return setting_.goal.ratio(q_fine) <= setting_.options.tolerance_fraction;
-  }
-  if (!scratch.stop()) {
+    set_replay(node, std::move(replay));
+  } else if (!scratch.stop()) {
     tree_.prune(node);
     ++totals_.distrusted;
   }
-  return false;
+  return holds;
 }
 
 }  // namespace stiction::planning

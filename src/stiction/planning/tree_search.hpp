@@ -22,7 +22,7 @@ class TreeSearch {
   Expansion draw();
   /// Nearest and Extend of Alg. 2, or a contact sample of 3.4.3, with the replay at half steps. Does not change the tree.
   void expand(Expansion& x, ThreadScratch& scratch) const;
-  /// True if the node is at the goal at both resolutions. A node to which a regrasp leads does not count.
+  /// True if the node is at the goal at both resolutions and from all disturbed starts. A node to which a regrasp leads does not count.
   bool reaches_goal(int node, ThreadScratch& scratch);
   /// AddNode of Alg. 2. @returns the node at which the goal is reached and the path holds, or −1
   int insert(Expansion& x, ThreadScratch& scratch);
@@ -50,12 +50,12 @@ class TreeSearch {
   /// True if the last node of the chain deserves another extension: it is a new grasp, or nearer to the subgoal than the node before.
   bool goes_on(const Expansion& x, const Node& near) const;
   /// Adds an extension towards the subgoal. @returns false at the end of the chain. A last node that fails its verification is removed.
-  bool lengthen(Expansion& x, const Node& near, const Eigen::VectorXd& near_fine, ThreadScratch& scratch) const;
+  bool lengthen(Expansion& x, const Node& near, const EdgeReplay& near_replay, ThreadScratch& scratch) const;
   void record_verdict(Expansion& x);
   int insert(Node node, bool visited);
   /// Node::goal_ratio and Node::goal_distance: the larger values of the two resolutions, once both are known.
-  std::pair<double, double> how_far(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine) const;
-  void set_fine(int i, Eigen::VectorXd q_fine);
+  std::pair<double, double> how_far(const Eigen::VectorXd& q, const EdgeReplay& replay) const;
+  void set_replay(int i, EdgeReplay replay);
 
   const Setting& setting_;
   const Eigen::VectorXd& u_start_;
@@ -64,6 +64,7 @@ class TreeSearch {
   const NodeModels models_;
   const Extend extend_;
   const ContactChange contact_change_;
+  const EdgeVerifier verifier_;
   const Tools tools_;
   const PathWriter writer_;
   Tree tree_;

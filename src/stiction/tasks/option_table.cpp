@@ -63,6 +63,9 @@ std::vector<OptionRow> make_table() {
       sample_box_row(),
       friction_law_row(),
       field("friction", &P::friction, kShare, share, "Every friction coefficient of the plan is that of the scene times this."),
+      boolean("margins", &P::margins,
+              "Pushes must also hold with the objects a little off, gravity a little aside, and less friction at half of the contacts. "
+              "The search takes up to three times as long, and finds few plans for hands. Default: false."),
       boolean("anytime", &P::anytime, "Go on after the first plan, for cheaper plans, until the budget is used up."),
       field("goal_bias", &P::goal_bias, kProbability, probability, "Probability that the subgoal is the goal (Alg. 2)."),
       thesis_row(),
