@@ -3366,7 +3366,7 @@ def calc_tube(plan: Plan, errors: ErrorSets = ..., *, factors: tuple[float, floa
 
     Returns a TubeResult. Its status is Solved, or MaxIterations: the time was used up, and there are no rests. Raises InvalidInput.
 
-        >>> plan = st.refine(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0).plan).plan
+        >>> plan = st.refine(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0, options={"margins": True}).plan).plan
         >>> tube = st.calc_tube(plan)
         >>> tube.status, tube.inside, len(tube.rests[0].scenarios)
         (Status.Solved, True, 17)
