@@ -33,6 +33,13 @@ def test_scenarios_keep_their_forces_bounded_where_tracking_alone_does_not(progr
     assert ours["peak_force"] <= (1 + 1e-9) * tracking["peak_force"], "up to rounding both laws come in alike"
 
 
+def test_run_whose_contacts_are_all_too_short_to_be_judged_does_not_pass(program: Path) -> None:
+    done = run(program, "box_in_the_way", "--law", "unconstrained", "--settle", "20", "--json")
+    result = json.loads(done.stdout)
+    assert (done.returncode, result["status"], result["settled_ticks"]) == (1, "Failed", 0) and result["peak_force"] > result["lambda_max"]
+    assert "no contact lasted as long as --settle, so no force was judged" in done.stderr
+
+
 def test_samples_have_a_line_a_tick(program: Path, tmp_path: Path) -> None:
     done = run(program, str(SCENARIOS[0]), "-o", str(tmp_path), "--json")
     assert done.returncode == 0, done.stderr
