@@ -78,13 +78,16 @@ std::string write_samples(const execution::ControlScenario& scenario, const exec
   return text;
 }
 
+/// False if the robot made contacts, but none was old enough to count as settled.
+bool is_judged(const execution::ControlRunResult& r) { return r.settled_ticks > 0 || r.makes == 0; }
+
 void print_summary(std::FILE* to, const execution::ControlScenario& scenario, const execution::ControlRunResult& r, bool passes) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   say(to, "{}, {}: {}\n", scenario.name, law_name(scenario.controller.law),
-      r.status != Status::Solved            ? std::string(core::to_string(r.status))
-      : r.settled_ticks == 0 && r.makes > 0 ? "no contact lasted as long as --settle, so no force was judged"
-      : passes                              ? "forces bounded"
-                                            : "forces above their bound");
+      r.status != Status::Solved ? std::string(core::to_string(r.status))
+      : !is_judged(r)            ? "no contact lasted as long as --settle, so no force was judged"
+      : passes                   ? "forces bounded"
+                                 : "forces above their bound");
   if (!r.message.empty()) row("simulation", r.message);
   row("force bound", fmt::format("{:.1f} N", scenario.controller.lambda_max));
   row("largest force", fmt::format("{:.1f} N, impacts included", r.peak_force));
@@ -153,8 +156,7 @@ int run_control_command(const ControlArguments& arguments) {
   options.control = make_run_control(arguments.timeout_s);
   execution::ControlRunResult result;
   const Status status = execution::run_control(scenario, options, result);
-  const bool judged = result.settled_ticks > 0 || result.makes == 0;
-  const bool passes = status == Status::Solved && result.unsolved_ticks == 0 && judged &&
+  const bool passes = status == Status::Solved && result.unsolved_ticks == 0 && is_judged(result) &&
                       judged_force(result) <= (1 + arguments.tolerance) * scenario.controller.lambda_max;
   std::FILE* const to = people(arguments.json);
   print_summary(to, scenario, result, passes);

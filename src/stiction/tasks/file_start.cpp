@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "stiction/world/mjcf.hpp"
 #include "stiction/world/object_space.hpp"
 
 namespace stiction::tasks {
@@ -45,7 +46,7 @@ void apply(const FileConfiguration& file, const RobotSpec& robot, bool joints, c
 /// Pose of the fixed bodies of a file, which `places` of the scene may have moved.
 world::Pose pose_of_fixed(const RobotSpec& robot, const Model& model) {
   const auto& fixed = model.scene().fixed;
-  const auto body = std::ranges::find(fixed, robot.name + "_world", &world::FixedSpec::name);
+  const auto body = std::ranges::find(fixed, world::name_of_fixed(robot), &world::FixedSpec::name);
   return body != fixed.end() ? body->X_WB : robot.X_WBase;
 }
 

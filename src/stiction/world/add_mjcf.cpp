@@ -66,7 +66,7 @@ void add_mjcf(Scene& scene, const RobotSpec& robot) {
     scene.objects.push_back(std::move(object));
   }
   if (model->fixed.empty()) return;
-  scene.fixed.push_back({robot.name + "_world", robot.X_WBase, model->fixed});
+  scene.fixed.push_back({name_of_fixed(robot), robot.X_WBase, model->fixed});
   set_file(scene.fixed.back().geometries);
 }
 

@@ -125,7 +125,7 @@ class MjcfReader : private MjcfView {
     }
   }
 
-  /// Reads excluded pairs as pairs of bodies. MuJoCo excludes the geoms of these bodies, not those of bodies welded to them.
+  /// Reads excluded pairs as pairs of bodies, and which shapes belong to each body. MuJoCo excludes the geoms of these bodies, not those of bodies welded to them.
   void read_excludes() {
     for (int body = 0; body < m_->nbody; ++body) {
       std::vector<std::string> shapes;
@@ -372,8 +372,9 @@ class MjcfReader : private MjcfView {
     }
     for (int joint = 0; joint < m_->njnt; ++joint) {
       const int begin = m_->jnt_qposadr[joint], end = joint + 1 < m_->njnt ? m_->jnt_qposadr[joint + 1] : static_cast<int>(m_->nq);
-      if (!roles_.moves(joint) && !std::equal(qpos + begin, qpos + end, m_->qpos0 + begin))
-        out.elsewhere.push_back(body_name(m_->jnt_bodyid[joint]));
+      if (roles_.moves(joint) || std::equal(qpos + begin, qpos + end, m_->qpos0 + begin)) continue;
+      const std::string& body = body_name(m_->jnt_bodyid[joint]);
+      if (out.elsewhere.empty() || out.elsewhere.back() != body) out.elsewhere.push_back(body);
     }
     return out;
   }

@@ -16,6 +16,9 @@ RobotContents read_mjcf(const std::filesystem::path& file, const RobotSpec& robo
 /// The same for a text in memory, which messages call kTextName. @param folder  folder for its relative paths
 RobotContents read_mjcf_text(const std::string& text, const std::filesystem::path& folder, const RobotSpec& robot = {});
 
+/// Name of the fixed body that has the shapes of a robot's file which no joint moves and no link has.
+inline std::string name_of_fixed(const RobotSpec& robot) { return robot.name + "_world"; }
+
 /// Appends the robot and the other contents of its file to a scene: objects, the fixed body "ROBOT_world", excluded pairs.
 /// @param robot  with `mjcf` set; its stiffness may name some joints only
 void add_mjcf(Scene& scene, const RobotSpec& robot);

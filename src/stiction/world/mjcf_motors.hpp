@@ -54,9 +54,9 @@ class MjcfMotors : private MjcfView {
   void add_spring(int joint);
   std::vector<std::string> without_actuator() const;
 
-  std::vector<MjcfMotor> motors_;  ///< per dof of the file
-  std::vector<ForceRange> forces_,
-      sums_;  ///< per dof: of the actuators on its own joint; of those on it and its followers, in its coordinate
+  std::vector<MjcfMotor> motors_;   ///< per dof of the file
+  std::vector<ForceRange> forces_;  ///< per dof: of the actuators on its own joint
+  std::vector<ForceRange> sums_;    ///< per dof: of the actuators on its joint and on the followers of this joint, in its coordinate
   std::vector<std::string> sprung_, unsprung_, one_sided_, uneven_, mixed_;
   MjcfCouplings couplings_;
 };

@@ -131,7 +131,7 @@ void set_name(RobotSpec& robot) {
     return std::ranges::find(robot.contents->objects, name, &ObjectSpec::name) != robot.contents->objects.end();
   };
   robot.name = "robot";
-  while (is_taken(robot.name) || is_taken(robot.name + "_world")) robot.name += "_";
+  while (is_taken(robot.name) || is_taken(name_of_fixed(robot))) robot.name += "_";
 }
 
 /// Reads the files mounted on links: one map, or a list of maps.

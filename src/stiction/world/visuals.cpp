@@ -11,6 +11,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/encoding.hpp"
+#include "stiction/world/mjcf.hpp"
 #include "stiction/world/mjcf_compile.hpp"
 #include "stiction/world/robot_tree.hpp"
 #include "stiction/world/visual_mesh.hpp"
@@ -66,7 +67,7 @@ class VisualsReader {
     };
     const auto& tree = robot_->contents->robot;
     if (owner.empty()) {
-      const int fixed = find(robot_->name + "_world");
+      const int fixed = find(name_of_fixed(*robot_));
       return fixed >= 0 || tree.links.empty() ? fixed : find(fmt::format("{}/{}", robot_->name, tree.links[0].name));
     }
     const int link = find(fmt::format("{}/{}", robot_->name, owner));
