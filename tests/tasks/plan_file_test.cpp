@@ -109,6 +109,22 @@ TEST_F(PlanFiles, ContactThatResistsTurning_IsOneContactWithAMoment) {
   EXPECT_GT(rows, contacts);
 }
 
+/// A moment that the file rounds to 0 is read as none, and the digest is that of what is read.
+TEST_F(PlanFiles, MomentBelowTheDigitsOfTheFile_IsNoEdit) {
+  PlanFile plan = ball_->file;
+  int moments = 0;
+  for (StoredSegment& segment : plan.segments) {
+    for (StoredKnot& knot : segment.knots) {
+      for (StoredContact& contact : knot.contacts) contact.moment = 1e-9 * ++moments;
+    }
+  }
+  ASSERT_GT(moments, 0);
+  plan.sha256 = content_sha256(plan);
+  const PlanFile read = parse_plan(to_text(plan), "plan.json");
+  EXPECT_EQ(read.sha256, plan.sha256);
+  EXPECT_EQ(content_sha256(read), read.sha256);
+}
+
 TEST_F(PlanFiles, Write_LeavesNothingButTheFile) {
   write_plan(box_->file, dir_ / "plan.json");
   int files = 0;

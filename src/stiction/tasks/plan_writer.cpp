@@ -18,6 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The value that a file has of a number that is only shown. + 0.0 turns −0 into 0.
+double rounded(double value) { return std::round(value * 1e6) / 1e6 + 0.0; }
+
 /// Writes JSON into a buffer; one knot per line keeps files small and diffs readable.
 class Writer {
  public:
@@ -31,7 +34,7 @@ class Writer {
     core::require_finite("plan", value);
     raw("{}", value);
   }
-  void display(double value) { exact(std::round(value * 1e6) / 1e6 + 0.0); }  // + 0.0 turns −0 into 0
+  void display(double value) { exact(rounded(value)); }
 
   template <class Range, class Each>
   void list(const Range& values, Each&& each) {
@@ -124,7 +127,7 @@ void write_knot(Writer& w, const PlanFile& plan, const StoredKnot& knot) {
     w.display(c.friction);
     w.raw(",\"gap\":");
     w.display(c.gap);
-    if (c.moment != 0) {
+    if (rounded(c.moment) != 0) {  // a moment that the file would have as 0 is not there when it is read
       w.raw(",\"moment\":");
       w.display(c.moment);
     }
