@@ -124,6 +124,36 @@ world::Scene one_object(const world::Shape& shape, bool on_block, double frictio
   return scene;
 }
 
+TEST(Rest, LightBoxesBesideAHeavyBlock_OnlyContactsThatTouchAreActive) {
+  constexpr double kGap = 0.001;
+  world::Scene scene = table_scene();
+  for (const char* name : {"left", "right"}) {
+    scene.objects.push_back(make_object(name, world::Box{kHalf}, 1e-3, kHalf));
+    scene.objects.back().geometries[0].friction = 0;
+  }
+  scene.objects.push_back(make_object("block", world::Box{kHalf}, 1e5, kHalf));
+  Scene s(scene);
+  s.options.friction_law = FrictionLaw::Coulomb;
+  s.place(2, Eigen::Matrix3d::Identity(), {1, 0, kHalf.z()});
+  ASSERT_LT(s.model->scales().contact_tolerance(0), kGap);
+  core::Random random(3, 0);
+  double most = 0;
+  for (int i = 0; i < 200; ++i) {
+    const auto tilted = [&] { return Eigen::AngleAxisd(random.uniform(-0.02, 0.02), Vector3d::UnitY()).toRotationMatrix(); };
+    s.place(0, tilted(), {0, 0, kHalf.z() + 1e-3});
+    s.place(1, tilted(), {2 * kHalf.x() + 2 * kGap, 0, kHalf.z() + 1e-3});
+    s.place(2, tilted(), {1, 0, kHalf.z() + 1e-3});
+    ASSERT_EQ(s.go(), Status::Solved);
+    for (const auto& c : s.result.contacts) {
+      const double share = c.lambda[0] / (s.options.h * s.model->scales().pair(c.contact.pair).force);
+      const bool touches = c.gap < s.model->scales().contact_tolerance(c.contact.pair);
+      if (!touches) most = std::max(most, share);
+      EXPECT_TRUE(!c.active || touches) << "active across " << c.gap << " m";
+    }
+  }
+  EXPECT_GT(most, world::share::kActive) << "what the solver leaves on a contact that keeps its distance";
+}
+
 TEST(Rest, AnyShapeFlatOnAPlane_StaysWithItsWeightBalanced) {
   const std::pair<world::Shape, double> shapes[] = {
       {world::Box{kHalf}, 0.03}, {world::Cylinder{0.04, 0.03}, 0.03}, {contact::test::make_box_mesh(kHalf), 0.03}};

@@ -86,6 +86,30 @@ TEST(Scales, Weight_OnlyAlongTheMotion) {
   EXPECT_NEAR(scales.object(2).force, 0.6 * weight, 1e-14 * weight);
 }
 
+TEST(Scales, DryFriction_IsAForceThatAnObjectNeeds) {
+  Scene scene = one_object(Sphere{0.1}, ObjectJoint::Slider);
+  scene.objects[0].axis = Eigen::Vector3d::UnitX();
+  scene.objects[0].joint_friction = 3;
+  EXPECT_DOUBLE_EQ(scale_of(scene).force, 3) << "level: friction alone";
+  scene.objects[0].axis = Eigen::Vector3d::UnitZ();
+  EXPECT_DOUBLE_EQ(scale_of(scene).force, 2 * 9.81) << "upright: the weight is more";
+  scene.objects[0].joint = ObjectJoint::Hinge;
+  const Scale hinge = scale_of(scene);
+  EXPECT_DOUBLE_EQ(hinge.force, 3 / hinge.length) << "an upright hinge: at the lever L";
+}
+
+TEST(Scales, NearlyLevelAxis_HasNoWeight) {
+  Scene scene = make_zoo();
+  scene.gravity = {0, 0, -9.81};
+  scene.objects = {make_object("slider", ObjectJoint::Slider)};
+  const auto force_at = [&](double slope) {
+    scene.objects[0].axis = Eigen::Vector3d(std::cos(slope), 0, std::sin(slope));
+    return scale_of(scene).force;
+  };
+  EXPECT_EQ(force_at(3e-4), force_at(0)) << "an axis that a file rounds";
+  EXPECT_NEAR(force_at(0.02), 2 * 9.81 * std::sin(0.02), 1e-12);
+}
+
 TEST(Scales, WhatHangsOnAnObject_CountsForItsForce) {
   Scene scene = make_linked();
   scene.gravity = {0, 0, -9.81};

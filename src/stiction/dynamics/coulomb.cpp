@@ -1,5 +1,7 @@
 #include "stiction/dynamics/coulomb.hpp"
 
+#include <cmath>
+
 #include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics::detail {
@@ -16,10 +18,11 @@ bool misses_contact(const world::Model& model, const StepOptions& options, const
   Eigen::Index cone = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     if (!work.included[i] || work.contacts[i].friction * options.friction_scale == 0) continue;
-    const double gap = s.w_cone(0, cone) - s.shift_cone[cone];
-    const world::Scale& scale = model.scales().pair(work.contacts[i].pair);
-    const bool active = s.z_cone(0, cone) > options.h * world::share::kActive * scale.force;
-    if (gap < -kClosed * scale.length || (active && gap > kClosed * scale.length)) return true;
+    const auto w = s.w_cone.col(cone);
+    const int pair = work.contacts[i].pair;
+    const double gap = w[0] - s.shift_cone[cone], closed = kClosed * model.scales().pair(pair).length;
+    const bool active = is_active(model, options, pair, s.z_cone(0, cone), w[0] - std::hypot(w[1], w[2]));
+    if (gap < -closed || (active && gap > closed)) return true;
     ++cone;
   }
   return false;

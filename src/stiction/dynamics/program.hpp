@@ -192,6 +192,15 @@ inline double row_gap(const StepWorkspace::Impl& work, std::size_t contact) {
   return row_gap(work, c.phi, work.model->scales().contact_tolerance(c.pair));
 }
 
+/// True if a contact counts as active. What a solver of finite accuracy leaves on a contact that keeps its distance is no force: it may
+/// exceed kActive F of a light object beside a heavy one.
+/// @param impulse  normal impulse λ_n [N·s]
+/// @param slack    slack of the row [m]
+inline bool is_active(const world::Model& model, const StepOptions& options, int pair, double impulse, double slack) {
+  const bool touches = slack < model.scales().contact_tolerance(pair) || !std::holds_alternative<Exact>(options.smoothing);
+  return touches && impulse > options.h * world::share::kActive * model.scales().pair(pair).force;
+}
+
 /// Calls visit(variable, sign, offset) for every joint limit sign·δq_variable + offset ≥ 0.
 template <class Visit>
 void for_each_limit(const world::Model& model, const StepInput& in, const StepWorkspace::Impl& work, Visit&& visit) {

@@ -123,7 +123,7 @@ void read_contacts(const Model& model, const StepOptions& options, StepWorkspace
       c.displacement = {w[0] - shift - row_gap(work, i), w[1] / mu, w[2] / mu};
       c.gap = w[0] - std::hypot(w[1], w[2]);
     }
-    c.active = c.lambda[0] > options.h * world::share::kActive * model.scales().pair(c.contact.pair).force;
+    c.active = is_active(model, options, c.contact.pair, c.lambda[0], c.gap);
   }
 }
 

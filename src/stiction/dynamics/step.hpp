@@ -87,7 +87,7 @@ struct ContactImpulse {
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();        ///< (n, t1, t2) acting on A [N·s]
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq of A relative to B in (n, t1, t2) [m]; 0 if out of reach
   double gap = 0;       ///< slack of the row [m]; with Anitescu's cone φ + J_n δq − μ‖J_t δq‖ ≥ 0
-  bool active = false;  ///< carries a force above world::share::kActive times F of its pair
+  bool active = false;  ///< closed, and carries a force above world::share::kActive times F of its pair
 
   double slide() const { return displacement.tail<2>().norm(); }
   /// Distance across which the force acts after the step, φ + J_n δq [m]. It is μ·slide() at a sliding contact with Anitescu's law.

@@ -216,7 +216,7 @@ void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
   for (const auto& c : result_.contacts) {
     const Eigen::Vector3d force = c.lambda / step_options_.h;
     const double least = least_force(c.contact.pair);
-    if (force.norm() <= least) continue;
+    if (!c.active || force.norm() <= least) continue;
     force_cone_.see((force.tail<2>().norm() - friction(c.contact.pair) * force[0]) / std::max(std::abs(force[0]), least),
                     [&] { return here(pair_name(c.contact.pair)); });
     const double phi = contact::pair_distance(model_, kinematics_, c.contact.pair, contact_work_).phi;

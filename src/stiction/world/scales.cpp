@@ -16,6 +16,9 @@ using Eigen::Vector3d;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+/// An axis along which less than this share of gravity acts counts as level. Files round the directions of axes.
+constexpr double kLevel = 0.01;
+
 /// ∫ r rᵀ dm about the centre of mass, from the inertia about it.
 Matrix3d second_moments(const Matrix3d& inertia) { return 0.5 * inertia.trace() * Matrix3d::Identity() - inertia; }
 
@@ -102,11 +105,13 @@ Scales::Scales(const Model& model) : softest_(calc_softest(model)) {
   for (std::size_t o = 0; o < model.objects().size(); ++o) {
     const ObjectInfo& object = model.objects()[o];
     const double length = calc_length(model.scene().objects[o]);
-    // A component of gravity that is only rounding error of the axes does not count as weight.
     const double g = gravity_along(model, kinematics, object).norm();
-    const double weight = g > 1e-9 * gravity.norm() ? object.carried_mass * g : 0.0;
+    const double weight = g > kLevel * gravity.norm() ? object.carried_mass * g : 0.0;
+    const ObjectSpec& spec = model.scene().objects[o];
+    const double friction = spec.joint_friction / (spec.joint == ObjectJoint::Hinge ? length : 1.0);
+    const double force = std::max(weight, friction);
     const double fallback = gravity.isZero(0) ? length : gravity.norm();
-    objects_.push_back({length, weight > 0 ? weight : (spring > 0 ? spring * length : object.carried_mass * fallback)});
+    objects_.push_back({length, force > 0 ? force : (spring > 0 ? spring * length : object.carried_mass * fallback)});
   }
   const auto least = [](Scale a, const Scale& b) { return Scale{std::min(a.length, b.length), std::min(a.force, b.force)}; };
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
