@@ -848,7 +848,7 @@ TEST(Run, Mistakes_AreNamed) {
 
 // ---- parts
 
-/// v² = 2 μ g s L, and no joint faster than its motor (E.13).
+/// v² = 2 μ g s_L L, and no joint faster than its motor (E.13).
 TEST(RunSpeed, FollowsFromFrictionAndSizeAndTheFileOfTheRobot) {
   const auto cube = load_model("allegro_cube");
   const RunSpeeds speed = calc_run_speeds(*cube, 0);

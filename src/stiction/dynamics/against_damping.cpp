@@ -25,7 +25,7 @@ Eigen::VectorXd of_damped(const DampedMotion& motion, const Eigen::VectorXd& del
   return (motion.damping.array() > 0).select(delta, 0.0);
 }
 
-/// W of (E.17). Objects count by √D, so by the work that their motion takes.
+/// W of (E.17). Objects count by √D_v, so by the work that their motion takes.
 Eigen::VectorXd calc_weights(const world::Model& model, const DampedMotion& motion) {
   const int n = model.n_vu(), n_a = model.n_a();
   Eigen::VectorXd out(model.n_v());

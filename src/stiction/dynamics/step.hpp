@@ -157,7 +157,7 @@ class StepWorkspace {
 /// One quasi-static step:  δq = argmin ½δqᵀQδq + bᵀδq  s.t.  J_c δq + φ e₁ ∈ K*_c,  Q = blkdiag(εM_u/h, hK_a),
 /// b = −h (τ_u ; K_a(u − qᵃ) + τ_a).
 ///
-/// Planar models and polyhedral cones use half-lines (2.10). Joint limits are rows. Damping D adds D to Q. A hinge or slider with dry
+/// Planar models and polyhedral cones use half-lines (2.10). Joint limits are rows. Damping D_v adds D_v to Q. A hinge or slider with dry
 /// friction sticks until its load exceeds the friction, and the step subtracts the friction from the load (S.19). With effort_limits the
 /// joint springs saturate: the energy ½hK_a e² of e = u − qᵃ − δqᵃ continues linearly beyond K_a|e| = effort (S.15), in exact and smoothed
 /// steps. Analytic smoothing stops on the central path at σ = θ h/κ, with θ = 2 per cone and 1 per half-line (2.27).

@@ -32,11 +32,11 @@ struct FingerGap {
 
 /// Keeps a free object in place with the fingers of a hand, while no plan commands them.
 ///
-///   min_du  ‖p⁺ − p*‖²/s² + r²‖θ⁺ ⊖ θ*‖²/s² + w_du‖du/d‖² + w_s‖K(u + du − qᵃ⁺)/(F d)‖² + w_tip Σ_f g_f⁺²/s²                     (E.21)
+///   min_du  ‖p⁺ − p*‖²/s² + r²‖R⁺ ⊖ R*‖²/s² + w_du‖du/d‖² + w_s‖K(u + du − qᵃ⁺)/τ₀‖² + w_φ Σ_i φ_i⁺²/s²                          (E.21)
 ///   s.t.    |du| ≤ 0.5 d/s · period ,  u + du within the joint limits and ahead of the joints by 0.9 effort/K at most
 ///
-/// The next state is that of the exact step at u, linear in du with B of the smoothed step. s = 0.1 L, r = L/1.55, F is the weight of the object. d = 1 rad for
-/// a joint that turns and L for one that slides; the third cost uses L for every joint. g_f is the gap between the last link of a finger and the object.
+/// The next state is that of the exact step at u, linear in du with B of the smoothed step. s = 0.1 L, r = L/1.55. d = 1 rad and τ₀ = m g L for a joint
+/// that turns, L and m g for one that slides, with the weight m g of the object. φ_i is the gap between the last link of finger i and the object.
 class ActiveHold {
  public:
   /// @param friction  factor of every μ, > 0
@@ -71,7 +71,7 @@ class ActiveHold {
   Fingers fingers_;
   double s_, r_;          ///< [m]
   Eigen::VectorXd d_;     ///< d of each finger joint [rad, m]
-  Eigen::VectorXd lift_;  ///< F d, the force or torque of the object's weight at each joint (n) [N m, N]
+  Eigen::VectorXd lift_;  ///< τ₀, the force or torque of the object's weight at each joint (n) [N m, N]
   dynamics::StepOptions exact_, smoothed_;
   dynamics::StepWorkspace exact_work_, smoothed_work_;
   dynamics::StepResult next_, slope_;

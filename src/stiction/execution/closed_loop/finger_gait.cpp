@@ -16,8 +16,8 @@ namespace {
 using core::Status;
 using Eigen::VectorXd;
 
-constexpr double kSpeed = 0.6;   ///< ω [rad/s]
-constexpr double kCycle = 0.3;   ///< c [rad]
+constexpr double kSpeed = 0.6;   ///< speed of a turn [rad/s]
+constexpr double kCycle = 0.3;   ///< largest turn [rad]
 constexpr double kClose = 1;     ///< time in which the fingers close on the object [s]
 constexpr double kSettle = 0.3;  ///< time in which the object follows a turn [s]
 /// Times in which a finger leaves the object, moves beside the place at which it first touched it, and comes back to this place [s].
@@ -73,7 +73,7 @@ void FingerGait::set_reference(const world::Pose& X_WB) {
   q_ref_.segment<7>(at) << X_WB.p, Eigen::Quaterniond(X_WB.R).normalized().coeffs();
 }
 
-/// φ of the object: of the angles that differ by whole turns, the one nearest to the last twist.
+/// α of the object: of the angles that differ by whole turns, the one nearest to the last twist.
 double FingerGait::calc_twist(VectorRef q) const {
   const Eigen::Quaterniond since(world::object_pose(*model_, q, goal_.object).R * from_.R.transpose());
   const double twist = 2 * std::atan2(since.vec().dot(axis_), since.w());

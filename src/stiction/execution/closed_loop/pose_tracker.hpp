@@ -10,9 +10,9 @@ namespace stiction::execution {
 
 /// Corrects the commands of a plan by δ so that an object comes back to its planned path:
 ///
-///   min_dδ  ‖W (q_plan ⊖ q⁺)‖² + w_u ‖(δ + dδ)/d‖² + w_du ‖dδ/d‖²   s.t.  |δ + dδ| ≤ 0.15 d , u within the joint limits          (E.22)
+///   min_dδ  ‖(q_plan ⊖ q⁺)/tolerance‖² + w_u ‖(δ + dδ)/d‖² + w_du ‖dδ/d‖²   s.t.  |δ + dδ| ≤ 0.15 d , u within the joint limits  (E.22)
 ///
-/// q⁺ is the exact step at u_plan + δ, linear in dδ with B of the smoothed step; W = 1/tolerance of the goal; d = 1 rad, or L for a joint that slides.
+/// q⁺ is the exact step at u_plan + δ, linear in dδ with B of the smoothed step; tolerances are those of the goal; d = 1 rad, or L for a joint that slides.
 class PoseTracker {
  public:
   /// @param options  options of the exact steps

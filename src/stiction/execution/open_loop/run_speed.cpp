@@ -47,7 +47,7 @@ double least_friction(const Model& model, int object) {
   return std::isfinite(least) ? least : 1.0;
 }
 
-/// Speed of the object: v² = 2 μ g s L if friction stops it, v (τ + χ T_f) = s L if damping does.                                       (E.13)
+/// Speed of the object: v² = 2 μ g s_L L if friction stops it, v (τ + χ T_f) = s_L L if damping does.                                   (E.13)
 double calc_object_speed(const Model& model, int object) {
   const double way = kCoast * model.scales().object(object).length;
   if (is_free(model, object)) return std::sqrt(2 * least_friction(model, object) * kGravity * way);
@@ -70,7 +70,7 @@ Eigen::VectorXd calc_spring_time(const Model& model, const Eigen::VectorXd& omeg
   return out;
 }
 
-/// Speed without lead, v (τ + T_D) = s L, over the speed with lead, v (τ + χ T_f) = s L. Without lead, an object trails by its whole damping, the damping of
+/// Speed without lead, v (τ + T_D) = s_L L, over the speed with lead, v (τ + χ T_f) = s_L L. Without lead, an object trails by its whole damping, the damping of
 /// its joint included.                                                                                                                      (E.13)
 double calc_unled(const Model& model, int object) {
   const auto& coordinates = model.objects()[static_cast<std::size_t>(object)];
