@@ -130,7 +130,7 @@ def summarise(task, rows):
 def table(results):
     number = lambda value, digits=0: "–" if value is None else f"{value:.{digits}f}"
     lines = [
-        "| task | reached | dropped | simulated | planning (processors) | pushes | regrasps | replans | plans anew: found, median, p95 | largest force / weight | pushes without a throw | called for by |",
+        "| task | reached | dropped | simulated | planning (processors) | pushes | regrasps | replans | time of a replan: found, median, p95 | largest force / weight | pushes without a throw | called for by |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for r in results:
