@@ -109,7 +109,7 @@ class RunControls:
 
     def __init__(self, gui: viser.GuiApi, handlers: Handlers):
         with gui.add_folder("Closed loop"):
-            hint = "In MuJoCo: the plan that is shown, or the task, planned anew wherever something is in the way. Drag an object with the mouse to pull at it. It goes on until it is cancelled"
+            hint = "In MuJoCo: the plan that is shown, or the task, replanned wherever something is in the way. Drag an object with the mouse to pull at it. It goes on until it is cancelled"
             self.newton = gui.add_number("Pull at most [N]", 10.0, min=0.01, hint="At first the weight of the object; reached when the mouse is as far away as the object is long")
             self.run = handlers.on_click(gui.add_button("Run live", hint=hint), "run")
 

@@ -4,8 +4,8 @@
 
 namespace stiction::execution {
 
-/// Default share of the full speed (E.13) at which plans are exported, simulated and written. Without feedback, nine in ten planar plans reach their goal at
-/// this speed, and one in three at the full speed (docs/theory/execution.md).
+/// Default share of the full speed (E.13) at which plans are exported, simulated and written. Without feedback, two of three plans of planar tasks and of two
+/// arms hold at this speed, and one in three at the full speed (docs/theory/execution.md).
 inline constexpr double kOpenLoopSpeed = 0.1;
 
 /// Speed and acceleration limits at which a robot handles an object.
