@@ -12,7 +12,7 @@ struct DampedMotion {
   const Eigen::VectorXd& q;        ///< configuration at the begin of the step (n_q)
   const Eigen::VectorXd& u;        ///< planned command (n_a)
   const Eigen::VectorXd& planned;  ///< δq, planned displacement (n_v)
-  const Eigen::VectorXd& damping;  ///< D_v ≥ 0 of each coordinate, for the time step of the options (n_v) [N·s/m, N·m·s/rad]; 0 for the robot
+  const Eigen::VectorXd& damping;  ///< D_v ≥ 0 of each coordinate, for the step of the options (n_v) [N·s/m, N·m·s/rad]; 0 for the robot
 };
 
 /// Finds the command with which a motion goes against damping as planned. A plan without damping says nothing about the forces that its contacts need, and

@@ -11,9 +11,9 @@ namespace stiction::execution {
 /// Turns a free object to its goal in the hand that holds it. All fingers turn the object by 0.3 rad. Then the fingers go back, one after the other, to where they
 /// first touched it, while the others hold. By ActiveHold the object follows a reference on the straight way from its pose X_0 at the start to the goal,
 ///
-///   R* = exp(α* e) R_0 ,   p* = p_0 + α*/θ (p_G − p_0) ,   θ e = log(R_G R_0ᵀ) ,   α* = α + 0.6 rad/s · t' ≤ α + 0.3 rad            (E.23)
+///   R* = exp(α* e) R_0 ,   p* = p_0 + α*/θ (p_G − p_0) ,   θ e = log(R_G R_0ᵀ) ,   α* = α + 0.6 rad/s · t_turn ≤ α + 0.3 rad        (E.23)
 ///
-/// where α is the twist of the object about e when a turn begins, and t' the time since then. While fingers go back, the reference keeps the rotation that
+/// where α is the twist of the object about e when a turn begins, and t_turn the time since then. While fingers go back, the reference keeps the rotation that
 /// the object then has. A turn that should reach the goal goes beyond it by the sum of what earlier such turns fell short of it.
 ///
 /// Tests: tests/execution/finger_gait_test.cpp

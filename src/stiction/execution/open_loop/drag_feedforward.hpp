@@ -7,13 +7,13 @@
 
 namespace stiction::execution {
 
-/// Damping D_v + D_o of objects on joints. D_v = M_ii/τ stands for the support that is not in the scene and stops them within τ (E.7); D_o is the damping of
+/// Damping D_v = D_s + D_o of objects on joints. D_s = M_ii/τ stands for the support that is not in the scene and stops them within τ (E.7); D_o is the damping of
 /// their joints.
 /// @returns (n_v) [N·s/m, N·m·s/rad]
 Eigen::VectorXd calc_object_damping(const world::Model& model);
 
 /// Computes the lead Δu = u' − u of the commands over the plan that lets a damped object follow the plan. Plans know next to no damping, and its force strains the
-/// springs that push. At the share f of the full speed, u' of (E.17) goes against the damping f (D_v + D_o) for the duration Δt of the step at full speed. A step in which
+/// springs that push. At the share f of the full speed, u' of (E.17) goes against the damping f D_v for the duration Δt of the step at full speed. A step in which
 /// no damped object moves has no lead.
 class DragFeedforward {
  public:
@@ -36,7 +36,7 @@ class DragFeedforward {
   double speed_within_motors(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const;
 
   std::shared_ptr<const world::Model> model_;
-  Eigen::VectorXd damping_;  ///< D_v + D_o (n_v) [N·s/m, N·m·s/rad]; 0 except for objects on joints
+  Eigen::VectorXd damping_;  ///< D_v (n_v) [N·s/m, N·m·s/rad]; 0 except for objects on joints
   dynamics::StepWorkspace work_;
   dynamics::StepResult result_;
 };
