@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 constexpr double kNear = 0.1;         ///< s, in L
 constexpr double kChange = 50;        ///< w_du
 constexpr double kStrain = 4e-5;      ///< w_s
-constexpr double kGap = 0.026;        ///< w_tip
+constexpr double kGap = 0.026;        ///< w_φ
 constexpr double kRate = 0.5;         ///< largest rate of a command, in d per second [1/s]
 constexpr double kEffort = 0.9;       ///< share of a motor's effort that a command may ask for
 constexpr double kBallRadius = 1.55;  ///< L of a ball in multiples of its radius
