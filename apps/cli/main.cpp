@@ -66,7 +66,8 @@ constexpr const char* kExitCodes =
     "  0    done\n"
     "  1    the result does not pass its test (lint, check, simulate, control, touch, reproduce)\n"
     "  2    the input has a mistake\n"
-    "  3    not done within the budget, and the best result is kept; or the plan missed its goal already when it was planned\n"
+    "  3    not done within the budget (plan, solve and optimize keep the best result); or the plan missed its goal already when it was "
+    "planned\n"
     "  70   error of the program or its installation\n"
     "  130  interrupted; the best result is kept";
 

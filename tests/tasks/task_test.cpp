@@ -289,7 +289,8 @@ TEST(TaskInMemory, Mistake_IsNamedByItsPathAlone) {
             "tolerance.position: got -1, expected a number > 0");
   EXPECT_EQ(message(R"({"base": "planar_pushing.yaml", "tolerance": {"positon": 1}})"),
             "tolerance.positon: got an unknown key, expected one of position, angle; did you mean 'position'?");
-  EXPECT_EQ(message("{}"), "tolerance: got nothing, expected this key\ngoal: got nothing, expected this key");
+  EXPECT_EQ(message("{}"),
+            "tolerance: got nothing, expected this key\nscene: got nothing, expected this key\ngoal: got nothing, expected this key");
   EXPECT_EQ(message("[]"), "top level: got a list of 0, expected a map");
   EXPECT_EQ(message("{"), "file: got malformed YAML (end of map flow not found), expected valid YAML");
 }

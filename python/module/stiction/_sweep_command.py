@@ -9,7 +9,7 @@ import math
 import statistics
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -127,17 +127,23 @@ def summarise(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         out.append(
             {name: first[name] for name in ("task", "options", "friction")}
             | {"runs": len(group), "solved": sum(row["status"] == "Solved" for row in group)}
-            | {name: sum(row[name] is True for row in group) for name in ("accepted", "reached")}
+            | {name: _count(row[name] for row in group) for name in ("accepted", "reached")}
             | {"died": sum(row["status"] in ("Died", "Failed") for row in group)}
             | {"median_plan_s": statistics.median(times) if times else None, "worst_plan_s": max(times, default=None)}
         )
     return out
 
 
+def _count(outcomes: Iterable[bool | None]) -> int | None:
+    """How many are True; None if nothing was tried."""
+    known = [outcome for outcome in outcomes if outcome is not None]
+    return sum(known) if known else None
+
+
 def describe(line: dict[str, Any]) -> str:
-    parts = [f"{line['solved']} of {line['runs']} solved", f"{line['accepted']} accepted"]
+    parts = [f"{line['solved']} of {line['runs']} solved", f"{line['accepted'] or 0} accepted"]
     if line["friction"] is not None:
-        parts.append(f"{line['reached']} reach the goal at friction × {line['friction']:g}")
+        parts.append(f"{line['reached'] or 0} reach the goal at friction × {line['friction']:g}")
     if line["died"]:
         parts.append(f"{line['died']} died")
     if line["median_plan_s"] is not None:

@@ -1,9 +1,11 @@
 #include "stiction/planning/settle_start.hpp"
+#include "stiction/planning/contact_limits.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -50,7 +52,8 @@ std::optional<Trace> settle_start(const Setting& setting, const Eigen::VectorXd&
     }
     if (k == 0) {
       for (const auto& c : step.contacts) result.start_penetration = std::max(result.start_penetration, -c.contact.phi);
-      result.start_projected = world::largest_share(model, step.delta, world::share::kContact * length, world::share::kContact) > 1;
+      result.start_projected = calc_penetration(model, step) > 1 &&
+                               world::largest_share(model, step.delta, world::share::kContact * length, world::share::kContact) > 1;
     }
     at.u = next.u;
     if (rests) break;

@@ -87,6 +87,10 @@ Task read_task(const YamlNode& root, std::string name) {
   faults.collect([&] { task.name = root.string_or("name", std::move(name)); });
   faults.collect([&] { task.description = root.string_or("description", ""); });
   faults.collect([&] { read_tolerance(root.at("tolerance"), task.problem.goal); });
+  if (!root.find("scene")) {
+    for (const char* key : {"scene", "goal"}) faults.collect([&] { (void)root.at(key); });
+    faults.raise();
+  }
   const YamlNode start = root.find("start").value_or(YamlNode::parse("{}", root.file()));
   faults.collect([&] { task.model = make_model(world::read_scene_file(root, default_package_dirs()), start); });
   if (task.model == nullptr) faults.raise();

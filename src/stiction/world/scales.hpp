@@ -39,8 +39,8 @@ inline constexpr double kSpringTravel = 0.01;  ///< of L: compression of the sof
 ///   For an object that moves in a plane, only the two edges in that plane count, (det 12C₂)^(1/4) (L.1). A cube has its edge, a ball 1.55 radii.
 ///   L is the same in every frame of the object. For an object without shapes, its inertia gives L.
 /// F of an object: m|g| (L.2), where g is the part of gravity along its motion (for a hinge: across the axis) and m includes all objects
-///   that hang on it. If g = 0, F is the force of the softest joint over 0.01 L, K_a/reach²·0.01 L (L.3). Without robots, F is m|g| with all of
-///   gravity; without gravity, F is m L/s².
+///   that hang on it; or its dry friction, if larger. If both are 0, F is the force of the softest joint over 0.01 L, K_a/reach²·0.01 L (L.3).
+///   Without robots, F is m|g| with all of gravity; without gravity, F is m L/s².
 /// L of the robots: the least L of an object; without objects, the diameter of the largest ball around a moving shape.
 /// F of the robots: the least F of an object; without objects, K_a/reach²·0.01 L.
 ///
