@@ -1874,7 +1874,7 @@ class Task:
     def scene_sha256(self) -> str:
         """SHA-256 of the scene; plans store it"""
 
-    def with_(self, *, start: numpy.typing.ArrayLike | None = None, goal: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None) -> Task:
+    def with_(self, *, start: numpy.typing.ArrayLike | None = None, goal: Sequence[float | None] | numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None) -> Task:
         """
         Returns a copy of the task with another start, goal or options. The task itself does not change.
 
