@@ -166,6 +166,14 @@ void read_noise(const YamlNode& node, const Model& model, SenseOptions& options)
   }
 }
 
+/// Rest and sign are those of a torque sensor.
+void refuse_sensor_of_computed(const YamlNode& node, const Scenario& scenario) {
+  if (!scenario.is_computed()) return;
+  for (const char* key : {"rest", "sign"})
+    if (const auto value = node.find(key); value && !(value->is_number() && value->number() == 1))
+      value->fail(fmt::format("'{}' of torques that are computed from contacts", key), "measured torques, from 'torques' or 'series'");
+}
+
 /// Rest and noise, from numbers or from rows of the series.
 void read_torque_model(const YamlNode& node, Scenario& out) {
   const Model& model = out.sensor->model();
@@ -356,6 +364,7 @@ Scenario read_scenario(const YamlNode& top, const std::string& field, const std:
   }
   if (options) read_unmeasured(*options, *model, out.options);
   read_measurement(top, out);
+  if (options) refuse_sensor_of_computed(*options, out);
   if (options) read_torque_model(*options, out);
   return out;
 }
