@@ -230,3 +230,23 @@ def test_noise_of_the_command_line_stands_for_that_of_rest(program: Path, tmp_pa
     done = children.run([program, "sense", tmp_path / "scenario.yaml", "--noise", "0.5", "--json"])
     assert done.returncode == 0, done.stderr
     assert [moment["largest"]["threshold"] for moment in json.loads(done.stdout)["moments"]] == pytest.approx([2.0] * 5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [({"period": 1e-4}, "poke.period: got 0.0001, expected at least 0.0002 s"), ({"duration": 1e30}, "poke.duration: got 1e+30, expected at most 1e+06 times the period")],
+)
+def test_times_of_a_simulated_robot_that_cannot_be_kept_are_refused(program: Path, tmp_path: Path, changes: dict, message: str) -> None:
+    scenario = FILES[POKED[0]]
+    (tmp_path / "scenario.yaml").write_text(json.dumps(scenario | {"poke": scenario["poke"] | changes}), encoding="utf-8")
+    done = children.run([program, "sense", tmp_path / "scenario.yaml"])
+    assert done.returncode == 2 and message in done.stderr, done.stderr
+
+
+def test_moments_of_a_simulated_robot_lie_a_period_apart(program: Path, tmp_path: Path) -> None:
+    """Of 0.25 s and 2.5 ms, of which the impedance controller has 12 or 13 periods."""
+    scenario = FILES[ROOT / "scenarios" / "panda_poked.yaml"]
+    poke = scenario["poke"] | {"period": 0.0025, "duration": 0.25, "pushes": [scenario["poke"]["pushes"][0] | {"begin": 0.1, "duration": 0.1}]}
+    (tmp_path / "scenario.yaml").write_text(json.dumps(scenario | {"poke": poke}), encoding="utf-8")
+    code, out = sense(program, tmp_path / "scenario.yaml")
+    assert code == 0 and [m["t"] for m in out["moments"]] == pytest.approx([0.0025 * (k + 1) for k in range(100)], abs=1.001e-4)

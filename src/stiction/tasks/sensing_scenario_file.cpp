@@ -298,6 +298,10 @@ void read_poke(const YamlNode& top, const YamlNode& node, Scenario& out) {
   if (const auto end = node.find("end")) poke.end = read_joints(*end, model, poke.start);
   poke.duration = node.at("duration").positive();
   read_into(node, "period", poke.period);
+  constexpr double kLeastPeriod = 2e-4, kMostMoments = 1e6;  // of the impedance controller [s]; each moment is sensed
+  if (poke.period < kLeastPeriod) node.at("period").fail(fmt::format("at least {} s", kLeastPeriod));
+  if (poke.duration > kMostMoments * poke.period)
+    node.at("duration").fail(fmt::format("at most {:g} times the period, {} s", kMostMoments, poke.period));
   read_pushes(node, out);
   if (const auto base = top.find("base_wrench")) out.base = read_base(*base, false);
   const auto observer = node.find("observer");
