@@ -4277,7 +4277,7 @@ class ControlRunResult:
     @property
     def error(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m] (ticks)
+        tracking error: norm of q - q_ref [rad or m], or distance of the tool from its reference [m] (ticks)
         """
 
     @property
@@ -4422,7 +4422,7 @@ class ControlSample:
     @property
     def error(self) -> float:
         """
-        tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m]
+        tracking error: norm of q - q_ref [rad or m], or distance of the tool from its reference [m]
         """
 
     @property
