@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/tasks/kind_of_file.hpp"
@@ -151,16 +152,17 @@ std::vector<Eigen::Index> read_rest_rows(const YamlNode& node, const sensing::Se
 
 /// Standard deviations of joints, by number or by name, or the rows of a covariance.
 void read_noise(const YamlNode& node, const Model& model, SenseOptions& options) {
-  Eigen::MatrixXd noise;
+  std::variant<Eigen::VectorXd, Eigen::MatrixXd> noise;
   if (node.is_sequence() && !node.items().empty() && node.items()[0].is_sequence()) {
     const auto rows = node.items(static_cast<std::size_t>(model.n_a()));
-    noise.resize(model.n_a(), model.n_a());
-    for (Eigen::Index i = 0; i < noise.rows(); ++i) noise.row(i) = rows[static_cast<std::size_t>(i)].vector(model.n_a()).transpose();
+    auto& covariance = noise.emplace<Eigen::MatrixXd>(model.n_a(), model.n_a());
+    for (Eigen::Index i = 0; i < covariance.rows(); ++i)
+      covariance.row(i) = rows[static_cast<std::size_t>(i)].vector(model.n_a()).transpose();
   } else {
     noise = read_joints(node, model, Eigen::VectorXd::Constant(model.n_a(), options.noise));
   }
   try {
-    options.torques.covariance = sensing::make_covariance(noise, model.n_a(), options.noise);
+    options.torques.covariance = std::visit([&](const auto& x) { return sensing::make_covariance(x, model.n_a(), options.noise); }, noise);
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
   }
