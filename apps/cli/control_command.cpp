@@ -100,7 +100,7 @@ void print_summary(std::FILE* to, const execution::ControlScenario& scenario, co
   row("fastest rise", fmt::format("{:.1f} N in one control period, of which the command causes {:.1f} N", r.peak_rise, r.commanded_rise));
   row("fastest fall", fmt::format("{:.0f} N/s", r.peak_force_rate));
   row("contacts made", fmt::format("{}", r.makes));
-  const char* unit = scenario.tool >= 0 ? "mm" : "mrad";
+  const std::string unit = error_unit(scenario);
   row("tracking error", fmt::format("{:.1f} {} rms in contact, {:.1f} {} rms without contact", 1e3 * r.rms_error_contact, unit,
                                     1e3 * r.rms_error_free, unit));
   row("bound relaxed",

@@ -27,14 +27,26 @@ Json to_json(const world::Model& model, const simulation::PairForce& f, int hand
   return out;
 }
 
+/// Units of hinges and of sliders, as far as a robot has them.
+std::string units_of_joints(const world::Model& model, const std::string& hinge, const std::string& slider) {
+  const auto joints = model.dofs().last(static_cast<std::size_t>(model.n_a()));
+  const auto sliders = std::ranges::count(joints, world::DofKind::Prismatic, &world::Dof::kind);
+  return sliders == 0 ? hinge : sliders == model.n_a() ? slider : hinge + ", " + slider;
+}
+
 }  // namespace
+
+std::string error_unit(const execution::ControlScenario& scenario) {
+  return scenario.tool >= 0 ? "mm" : units_of_joints(*scenario.model, "mrad", "mm");
+}
 
 std::string control_document(const execution::ControlScenario& scenario, const execution::ControlRunResult& result, std::string_view law) {
   const world::Model& model = *scenario.model;
   Json out{{"format", "stiction-control"}, {"format_version", 1}, {"scenario", scenario.name}, {"description", scenario.description}};
   out["law"] = law;
   out["lambda_max"] = scenario.controller.lambda_max;
-  out["error_of"] = scenario.tool >= 0 ? "tool" : "joints";
+  out["error_unit"] = error_unit(scenario);
+  out["torque_unit"] = units_of_joints(model, "N·m", "N");
   out["joints"] = out["effort"] = Json::array();
   for (int j = 0; j < model.n_a(); ++j) {
     out["joints"].push_back(model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name);

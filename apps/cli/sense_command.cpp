@@ -209,6 +209,9 @@ class SenseRun {
 
 /// What the command line says of torques, over the scenario.
 void override_torques(const SenseArguments& arguments, sensing::Scenario& scenario) {
+  if (scenario.is_computed() && (arguments.turn || !arguments.rest.empty()))
+    core::throw_invalid(arguments.turn ? "--turn" : "--rest", "a scenario whose torques are computed from contacts",
+                        "one of measured torques, from 'torques' or 'series'");
   if (arguments.turn && scenario.options.torques.sign < 0)
     say(stderr, "stiction: warning: --turn reverses sensing.sign: -1 of the scenario, so the torques count as they are in the log\n");
   if (arguments.turn) scenario.options.torques.sign *= -1;
@@ -216,16 +219,16 @@ void override_torques(const SenseArguments& arguments, sensing::Scenario& scenar
     core::require_positive("--noise", *arguments.noise);
     scenario.options.noise = *arguments.noise;
     scenario.options.torques.covariance.resize(0, 0);
+    scenario.options.torques.deviations.resize(0);
   }
   if (arguments.rest.empty()) return;
   std::vector<Eigen::Index> moments;
   const auto& times = scenario.series.times;
   for (std::size_t i = 0; i < times.size(); ++i)
     if (times[i] >= arguments.rest[0] && times[i] <= arguments.rest[1]) moments.push_back(static_cast<Eigen::Index>(i));
-  if (scenario.poke || moments.empty())
+  if (moments.empty())
     core::throw_invalid("--rest", fmt::format("{} {}", arguments.rest[0], arguments.rest[1]),
-                        times.empty() ? std::string("a scenario with a recorded series")
-                                      : fmt::format("seconds of the record, which has {} to {}", times.front(), times.back()));
+                        fmt::format("seconds of the record, which has {} to {}", times.front(), times.back()));
   sensing::set_rest(scenario, moments, !arguments.noise);
 }
 
@@ -292,6 +295,7 @@ Run declare_sense(CLI::App& command) {
       command.add_flag("--live", a.live, "Serve a page that plays the record in real time, and on which a click pushes the robot")
           ->excludes("--json")
           ->excludes("--html");
+  for (const char* option : {"--rest", "--noise", "--turn", "--force"}) live->excludes(option);  // the page takes them from the scenario
   command.add_option("--host", a.host, "Address of the server; with 0.0.0.0, everyone who has the token can connect from any machine")
       ->capture_default_str()
       ->needs(live);

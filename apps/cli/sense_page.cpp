@@ -1,5 +1,9 @@
 #include "sense_page.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "stiction/sensing/detectability.hpp"
 #include "stiction/sensing/residual_map.hpp"
 
@@ -70,6 +74,14 @@ Json to_json(const sensing::Sensor& sensor, const sensing::Posterior& posterior)
   for (int link = 0; link < static_cast<int>(sensor.links().size()); ++link)
     out["levels"].push_back(credible_levels(sensor, link, posterior));
   return out;
+}
+
+/// Torque of a joint from which on it shows a contact [N·m; N]; infinite without a torque sensor.
+double calc_threshold(const sensing::SenseOptions& options, int joint) {
+  const sensing::TorqueModel& torques = options.torques;
+  if (std::ranges::find(torques.unmeasured, joint) != torques.unmeasured.end()) return std::numeric_limits<double>::infinity();
+  const double noise = torques.covariance.size() == 0 ? options.noise : std::sqrt(torques.covariance(joint, joint));
+  return options.threshold.value_or(noise * (torques.deviations.size() == 0 ? sensing::kDeviations : torques.deviations[joint]));
 }
 
 }  // namespace
@@ -153,16 +165,19 @@ Json SensePage::contact_sets(const Eigen::VectorXd& q, const sensing::ContactSet
           {"groups", std::move(groups)}};
 }
 
-/// η (4.8) at every sample: ε is the torque of a unit force whose torque at the given size is just the threshold.
+/// η (4.8) at every sample: ε is the torque of a unit force whose torque at the given size is just the threshold of the joint before the link.
 Json SensePage::detectability(double force) const {
-  const auto& options = scenario_.options;
-  const double threshold = options.threshold.value_or(4 * options.noise), epsilon = threshold / force;
-  Json links = Json::array();
+  const world::Model& model = scenario_.sensor->model();
+  Json links = Json::array(), thresholds = Json::array();
   for (const auto& link : scenario_.sensor->links()) {
-    const auto map = sensing::calc_detectability(scenario_.sensor->model(), link, options.cone, epsilon);
-    links.push_back(std::vector<double>(map.eta.begin(), map.eta.end()));
+    const double threshold = calc_threshold(scenario_.options, sensing::find_joint_line(model, link.surface.body).joint);
+    const bool is_measured = std::isfinite(threshold);
+    thresholds.push_back(is_measured ? Json(threshold) : Json());
+    const Eigen::VectorXd eta = is_measured ? sensing::calc_detectability(model, link, scenario_.options.cone, threshold / force).eta
+                                            : Eigen::VectorXd::Ones(link.batch.size);
+    links.push_back(std::vector<double>(eta.begin(), eta.end()));
   }
-  return {{"force", force}, {"threshold", threshold}, {"eta", std::move(links)}};
+  return {{"force", force}, {"thresholds", std::move(thresholds)}, {"eta", std::move(links)}};
 }
 
 std::string SensePage::document(double force) const {

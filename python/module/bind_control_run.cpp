@@ -142,7 +142,7 @@ void bind_result(nb::module_& m) {
       .def_prop_ro("largest_force", over_ticks(&ControlSample::largest_force), "largest force of one contact [N] (ticks)")
       .def_prop_ro("speed", over_ticks(&ControlSample::speed), "norm of the joint velocity [rad/s] (ticks)")
       .def_prop_ro("error", over_ticks(&ControlSample::error),
-                   "tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m] (ticks)")
+                   "tracking error: norm of q - q_ref [rad or m], or distance of the tool from its reference [m] (ticks)")
       .def_prop_ro("angle_error", over_ticks(&ControlSample::angle_error), "angle error of the tool [rad] (ticks)")
       .def_prop_ro(
           "bounded",
@@ -218,7 +218,8 @@ void bind_loop(nb::module_& m) {
       .def_ro("q_cmd", &ControlSample::q_cmd, "command (n_a) [rad or m]")
       .def_ro("forces", &ControlSample::forces, "forces on the robot from pairs of a robot and another body, and from push() (pair -1)")
       .def_ro("largest_force", &ControlSample::largest_force, "largest force of one contact [N]")
-      .def_ro("error", &ControlSample::error, "tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m]")
+      .def_ro("error", &ControlSample::error,
+              "tracking error: norm of q - q_ref [rad or m], or distance of the tool from its reference [m]")
       .def_ro("bounded", &ControlSample::bounded, "True: a predicted force is at its bound, since the reference asks for more");
   nb::class_<ControlLoop>(
       m, "ControlLoop",

@@ -1,6 +1,7 @@
 #include "pickles.hpp"
 #include "sensor.hpp"
 #include "stiction/sensing/observer.hpp"
+#include "stiction/sensing/torque_noise.hpp"
 #include "stiction/sensing/touch_onset.hpp"
 
 namespace stiction::python {
@@ -26,6 +27,14 @@ JointFriction identify_friction(const ModelPtr& model, const Vector& t, const Ma
   return sensing::identify_friction(*model, record, time_constant, stiction_speed);
 }
 
+/// Σ of n joints, from their standard deviations or as it is.
+Eigen::MatrixXd covariance_of(const std::variant<VectorAlone, MatrixAlone>& noise, Eigen::Index n) {
+  if (const auto* covariance = std::get_if<MatrixAlone>(&noise)) return covariance->value;
+  double uniform = 0;
+  const Eigen::MatrixXd out = sensing::make_covariance(std::get<VectorAlone>(noise).value, static_cast<int>(n), uniform);
+  return out.size() > 0 ? out : Eigen::MatrixXd(uniform * uniform * Eigen::MatrixXd::Identity(n, n));
+}
+
 void bind_onset(nb::module_& m) {
   using sensing::TouchOnset;
   nb::class_<TouchOnset>(m, "TouchOnset", R"(Detects when a touch begins, and averages the torques since then.
@@ -49,9 +58,7 @@ Raises InvalidInput, which names the argument.)")
           "__init__",
           [](TouchOnset* self, const Vector& rest, const std::variant<VectorAlone, MatrixAlone>& noise, const std::optional<Vector>& drift,
              double hysteresis, double settle, double false_alarms, double shift, int rest_rows, int quiet) {
-            sensing::OnsetOptions options{.noise = std::holds_alternative<VectorAlone>(noise)
-                                                       ? Eigen::MatrixXd(std::get<VectorAlone>(noise).value)
-                                                       : std::get<MatrixAlone>(noise).value,
+            sensing::OnsetOptions options{.noise = covariance_of(noise, rest.named("rest").size()),
                                           .hysteresis = hysteresis,
                                           .settle = settle,
                                           .false_alarms = false_alarms,

@@ -4,6 +4,7 @@
 #include "scenario_file.hpp"
 #include "sensor.hpp"
 #include "stiction/execution/contact_control/poke.hpp"
+#include "stiction/sensing/residual_map.hpp"
 #include "stiction/tasks/sensing_scenario_file.hpp"
 #include "watcher.hpp"
 #include "yaml_text.hpp"
@@ -78,6 +79,32 @@ ContactSets sense_contacts_moment(Scenario& scenario, const Vector& q, const Vec
   return sense_contacts(*scenario.sensor, full, tau.named("tau"), base ? &*base : nullptr, last, scenario.values.set_options());
 }
 
+/// Of the samples of each link.
+std::vector<Eigen::VectorXd> calc_residual_shares(const Scenario& scenario, const Vector& q, const Vector& tau, double friction) {
+  const sensing::SenseOptions& options = scenario.values.options;
+  const sensing::FrictionCone cone(friction, options.cone.is_lorentz() ? 0 : options.cone.rays());
+  const Eigen::VectorXd full = configuration_of(scenario.sensor->model(), "q", q.named("q"));
+  core::require_size("tau", tau.named("tau").size(), scenario.sensor->model().n_a());
+  sensing::WhitenedTorques whitened;
+  whitened.assign(options.torques, tau.value, options.noise, options.tolerance);
+  const double size = whitened.tau().norm();
+  std::vector<Eigen::VectorXd> out = sensing::calc_residual_map(*scenario.values.sensor, full, tau.value, cone, &whitened);
+  for (Eigen::VectorXd& link : out)
+    link = size > 0 ? Eigen::VectorXd((link.cwiseMax(0).cwiseSqrt() / size).cwiseMin(1)) : Eigen::VectorXd::Ones(link.size());
+  return out;
+}
+
+std::variant<double, Eigen::MatrixXd> noise_of(const Scenario& s) {
+  const sensing::SenseOptions& options = s.values.options;
+  if (options.torques.covariance.size() == 0) return options.noise;
+  return options.torques.covariance;
+}
+
+Eigen::VectorXd rest_of(const Scenario& s) {
+  const Eigen::VectorXd& rest = s.values.options.torques.rest;
+  return rest.size() == 0 ? Eigen::VectorXd::Zero(s.sensor->model().n_a()) : rest;
+}
+
 std::vector<sensing::BaseWrench> base_wrenches(const Scenario& s) {
   if (!s.values.series.base.empty() || !s.values.base) return s.values.series.base;
   return {*s.values.base};
@@ -113,7 +140,7 @@ void bind_sensing_scenario(nb::module_& m) {
       .def_prop_ro(
           "q", [](const Scenario& s) { return rows(s.values.series.q); }, "joint positions [rad or m] (time, n_a)")
       .def_prop_ro(
-          "tau", [](const Scenario& s) { return rows(s.values.series.tau); }, "external torques [N m; N] (time, n_a)")
+          "tau", [](const Scenario& s) { return rows(s.values.series.tau); }, "torques as measured [N m; N] (time, n_a)")
       .def_prop_ro(
           "notes", [](const Scenario& s) { return s.values.series.notes; },
           "remarks on the data file, one sentence each: columns that were not read, or that need an explanation")
@@ -122,13 +149,25 @@ void bind_sensing_scenario(nb::module_& m) {
           "for a simulated robot, the indices into `contacts` of the pushes that act at each time (time); otherwise empty")
       .def_prop_ro("contact", &contact_of, "contact of the file, if it gives a single contact instead of torques; otherwise None")
       .def_prop_ro("contacts", &contacts_of, "contacts of the file, if it gives contacts instead of torques")
+      .def_prop_ro("noise", &noise_of, "standard deviation of each torque [N m], or the covariance of all (n_a, n_a)")
+      .def_prop_ro("rest", &rest_of, "torques without contact, which are subtracted from `tau` (n_a) [N m; N]")
       .def_prop_ro(
-          "noise", [](const Scenario& s) { return s.values.options.noise; }, "standard deviation of each torque [N m]")
+          "sign", [](const Scenario& s) { return s.values.options.torques.sign; },
+          "-1: `tau` are torques of the robot on its surroundings; otherwise 1. External torques are sign (tau - rest)")
+      .def("calc_residual_shares", &calc_residual_shares, "q"_a, "tau"_a, "friction"_a,
+           R"(Computes which share of the torques the best single force at a sample leaves unexplained, with the options of the scenario.
+
+  q: configuration (n_q), or joint positions alone (n_a) [rad or m].
+  tau: torques as in `tau` of the scenario (n_a) [N m; N].
+  friction: friction coefficient.
+
+Returns sqrt(l)/|tau| with the residual l of (4.5) at the samples of each link of the sensor, in [0, 1]; 1 where the torques are 0. Torques
+are relative to their noise if it differs between joints. Raises InvalidInput: wrong sizes, numbers that are not finite.)")
       .def("sense", &sense_moment, "q"_a, "tau"_a, "last"_a.none() = nb::none(),
            R"(Finds the single contacts that explain one measurement, as Sensor.sense() does, with the options of the scenario.
 
   q: configuration (n_q), or joint positions alone (n_a) [rad or m].
-  tau: external torques (n_a) [N m; N].
+  tau: torques as in `tau` of the scenario (n_a) [N m; N].
   last: SenseResult of the previous measurement, or None.
 
 Returns a SenseResult. Raises InvalidInput: wrong sizes, numbers that are not finite.)")
@@ -142,7 +181,7 @@ Returns a SenseResult. Raises InvalidInput: wrong sizes, numbers that are not fi
            R"(Finds simultaneous contacts that explain one measurement, as Sensor.sense_contacts() does, with the options of the scenario.
 
   q: configuration (n_q), or joint positions alone (n_a) [rad or m].
-  tau: external torques (n_a) [N m; N].
+  tau: torques as in `tau` of the scenario (n_a) [N m; N].
   base: BaseWrench, or None.
   last: ContactSets of the previous measurement, or None.
 

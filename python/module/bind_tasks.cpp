@@ -13,7 +13,48 @@
 namespace stiction::python {
 namespace {
 
+/// Numbers with None among them. Without None they are a Vector.
+struct OpenNumbers {
+  std::vector<std::optional<double>> values;
+};
+
+}  // namespace
+}  // namespace stiction::python
+
+namespace nanobind::detail {
+
+template <>
+struct type_caster<stiction::python::OpenNumbers> {
+  NB_TYPE_CASTER(stiction::python::OpenNumbers, const_name("collections.abc.Sequence[float | None]"))
+
+  bool from_python(handle source, std::uint32_t, cleanup_list*) noexcept {
+    const object items = steal(PySequence_Check(source.ptr()) ? PySequence_Tuple(source.ptr()) : nullptr);
+    bool has_none = false;
+    for (Py_ssize_t i = 0; items.is_valid() && i < PyTuple_GET_SIZE(items.ptr()); ++i) {
+      const handle item = PyTuple_GET_ITEM(items.ptr(), i);
+      has_none |= item.is_none();
+      value.values.push_back(item.is_none() ? std::nullopt : std::optional(PyFloat_AsDouble(item.ptr())));
+      if (PyErr_Occurred() != nullptr) break;
+    }
+    if (PyErr_Occurred() == nullptr) return has_none;
+    PyErr_Clear();
+    return false;
+  }
+};
+
+}  // namespace nanobind::detail
+
+namespace stiction::python {
+namespace {
+
 using tasks::Task;
+using GoalLike = std::variant<OpenNumbers, Vector>;  // an array of None would be one of NaN
+
+void set_goal(Task& task, const GoalLike& values) {
+  if (const auto* numbers = std::get_if<Vector>(&values))
+    return tasks::set_goal(task, {numbers->named("goal").data(), static_cast<std::size_t>(numbers->named("goal").size())});
+  tasks::set_goal(task, std::get<OpenNumbers>(values).values);
+}
 
 Task make_task(const nb::dict& task, const std::optional<std::filesystem::path>& base) {
   const std::string text = yaml_text(task);
@@ -44,11 +85,11 @@ Task import_scene(const std::filesystem::path& file, const std::optional<std::fi
 }
 
 /// The task with other values, as a task of its own.
-Task with(const Task& task, const std::optional<Vector>& start, const std::optional<Vector>& goal,
+Task with(const Task& task, const std::optional<Vector>& start, const std::optional<GoalLike>& goal,
           const std::optional<OptionsLike>& options) {
   Task out = task;
   if (start) tasks::set_start(out, start->named("start"));
-  if (goal) tasks::set_goal(out, {goal->named("goal").data(), static_cast<std::size_t>(goal->named("goal").size())});
+  if (goal) set_goal(out, *goal);
   if (options) {
     out.options = options_of({task.model, task.options}, *options);
     out.options_from_command_line = true;
@@ -74,14 +115,6 @@ std::vector<bool> open_coordinates(const planning::Goal& goal) {
   for (Eigen::Index i = 0; i < goal.region->lower.size(); ++i)
     out.push_back(std::isinf(goal.region->lower[i]) && std::isinf(goal.region->upper[i]));
   return out;
-}
-
-using GoalLike = std::variant<std::vector<std::optional<double>>, Vector>;  // an array of None would be one of NaN
-
-void set_goal(Task& task, const GoalLike& values) {
-  if (const auto* numbers = std::get_if<Vector>(&values))
-    return tasks::set_goal(task, {numbers->named("goal").data(), static_cast<std::size_t>(numbers->named("goal").size())});
-  tasks::set_goal(task, std::get<std::vector<std::optional<double>>>(values));
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ def read(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _rows(data: dict[str, Any], tick: dict[str, Any]) -> list[list[str]]:
-    error = f"{1e3 * tick['error']:.1f} {'mm' if data['error_of'] == 'tool' else 'mrad'}"
+    error = f"{1e3 * tick['error']:.1f} {data['error_unit']}"
     force = max([float(np.linalg.norm(f["force"])) for f in tick["forces"]], default=0.0)
     return [["force", f"{force:.1f} N{', at its bound' if tick['bounded'] else ''}" if force > 0 else "free"], ["behind", error]]
 
@@ -108,18 +108,17 @@ def _plots(data: dict[str, Any], ticks: list[dict[str, Any]], limit: float) -> l
     torque = np.array([t["torque"] for t in ticks], dtype=float)
     joints = [name.split("/")[-1] for name in data["joints"]]
     effort = data["effort"]
-    unit = "mm" if data["error_of"] == "tool" else "mrad"
     force_lines = [(short[name], values) for name, values in forces.items()] or [("no contact", np.zeros(len(ticks)))]
     plots = [
         plot("contact forces", "N", force_lines, limit, "λ_max"),
-        plot("tracking error", unit, [("", 1e3 * np.array([t["error"] for t in ticks]))]),
+        plot("tracking error", data["error_unit"], [("", 1e3 * np.array([t["error"] for t in ticks]))]),
         plot("bound given up", "N", [("slack", np.array([t["slack"] for t in ticks]))], least=1e-3 * limit),  # below a thousandth of it, it counts as kept
     ]
     if all(most is not None for most in effort):
         share = 100 * torque / np.array(effort, dtype=float)
         plots.append(plot("motor torques", "% of their limits", [(name, share[:, j]) for j, name in enumerate(joints)]))
     else:
-        plots.append(plot("motor torques", "N·m", [(name, torque[:, j]) for j, name in enumerate(joints)]))
+        plots.append(plot("motor torques", data["torque_unit"], [(name, torque[:, j]) for j, name in enumerate(joints)]))
     return plots
 
 

@@ -196,10 +196,19 @@ def _fields(data: dict[str, Any], moments: list[dict[str, Any]]) -> list[dict[st
         "name": "detectability η",
         "low": "0: every force is felt",
         "high": "100 %: none",
-        "meaning": f"Share η of the forces of {felt['force']:.3g} N in the friction cone whose torque on the joint before the link is below {felt['threshold']:.3g} N·m.",
+        "meaning": f"Share η of the forces of {felt['force']:.3g} N in the friction cone whose torque on the joint before the link is below {_span(felt['thresholds'])}.",
         "values": [[canvas.shares(np.array(link)) for link in felt["eta"]]],
     }
     return [residual, eta, *_credible(moments)]
+
+
+def _span(thresholds: list[float | None]) -> str:
+    """Least torques that joints show; None: a joint without a torque sensor."""
+    known = [threshold for threshold in thresholds if threshold is not None]
+    if not known:
+        return "what it shows"
+    least, most = min(known), max(known)
+    return f"{least:.3g} N·m" if most - least <= 1e-9 * most else f"what it shows, {least:.3g} to {most:.3g} N·m"
 
 
 def make_page(data: dict[str, Any]) -> str:

@@ -18,6 +18,7 @@ namespace stiction::execution::test {
 namespace {
 
 using core::Status;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using stiction::test::message_of;
 using stiction::test::source_dir;
@@ -135,7 +136,8 @@ class TurningRound : public testing::Test {
  protected:
   static constexpr double kNoise = 0.01, kPeriod = 0.005;
   static bool alarms(const VectorXd& friction, double change) {
-    sensing::TouchOnset onset(VectorXd::Zero(2), {.noise = VectorXd::Constant(2, kNoise), .friction = friction, .rest_rows = 100});
+    sensing::TouchOnset onset(VectorXd::Zero(2),
+                              {.noise = kNoise * kNoise * MatrixXd::Identity(2, 2), .friction = friction, .rest_rows = 100});
     VectorXd tau = VectorXd::Zero(2), sign = VectorXd::Zero(2);
     for (int k = 0; k < 200; ++k) {
       sign[0] = std::tanh((k - 100) / 20.0);
@@ -156,8 +158,8 @@ TEST_F(TurningRound, FrictionIsNoTouch_UnlessItIsNotKnown) {
 TEST_F(TurningRound, TouchThatComesSlowly_IsNoFriction) {
   for (const double rise : {0.2, 0.5, 1.0}) {  // [N·m/s]
     SCOPED_TRACE(rise);
-    sensing::TouchOnset onset(VectorXd::Zero(2),
-                              {.noise = VectorXd::Constant(2, kNoise), .friction = VectorXd::Constant(2, 0.1), .rest_rows = 100});
+    sensing::TouchOnset onset(
+        VectorXd::Zero(2), {.noise = kNoise * kNoise * MatrixXd::Identity(2, 2), .friction = VectorXd::Constant(2, 0.1), .rest_rows = 100});
     VectorXd tau = VectorXd::Zero(2);
     double felt = 0;
     for (int k = 0; k < 2000 && felt == 0; ++k) {
@@ -171,7 +173,8 @@ TEST_F(TurningRound, TouchThatComesSlowly_IsNoFriction) {
 }
 
 TEST_F(TurningRound, WhatAJointThatSticksHides_MakesTheTouchLessSure) {
-  sensing::TouchOnset onset(VectorXd::Zero(2), {.noise = VectorXd::Constant(2, kNoise), .friction = VectorXd::Constant(2, 0.1)});
+  sensing::TouchOnset onset(VectorXd::Zero(2),
+                            {.noise = kNoise * kNoise * MatrixXd::Identity(2, 2), .friction = VectorXd::Constant(2, 0.1)});
   const VectorXd touch = VectorXd::Constant(2, 3);
   int rows = 0;
   while (!onset.update(touch, kPeriod) && rows < 20) ++rows;
@@ -184,8 +187,9 @@ TEST_F(TurningRound, WhatAJointThatSticksHides_MakesTheTouchLessSure) {
 
 /// A joint at rest bears 0.1 N m by friction, and then slides: this shows its offset, so a touch is measured from there and not from the rest.
 TEST_F(TurningRound, JointThatSlides_ShowsItsOffset) {
-  sensing::TouchOnset onset(VectorXd::Constant(1, 0.1),
-                            {.noise = VectorXd::Constant(1, kNoise), .friction = VectorXd::Constant(1, 0.1), .rest_rows = 100});
+  sensing::TouchOnset onset(
+      VectorXd::Constant(1, 0.1),
+      {.noise = kNoise * kNoise * MatrixXd::Identity(1, 1), .friction = VectorXd::Constant(1, 0.1), .rest_rows = 100});
   VectorXd tau = VectorXd::Constant(1, 0.1), sign = VectorXd::Zero(1);
   for (int k = 0; k < 400; ++k) {
     sign[0] = std::tanh(std::max(0, k - 20) / 10.0);
@@ -200,7 +204,7 @@ TEST_F(TurningRound, JointThatSlides_ShowsItsOffset) {
 }
 
 TEST_F(TurningRound, TouchThatIsKept_DoesNotEnd) {
-  sensing::TouchOnset onset(VectorXd::Zero(2), {.noise = VectorXd::Constant(2, kNoise)});
+  sensing::TouchOnset onset(VectorXd::Zero(2), {.noise = kNoise * kNoise * MatrixXd::Identity(2, 2)});
   const auto update = [&](double tau) { return onset.update(VectorXd::Constant(2, tau), kPeriod); };
   for (int k = 0; k < 20; ++k) (void)update(1);
   ASSERT_TRUE(onset.touches());
@@ -213,7 +217,8 @@ TEST_F(TurningRound, TouchThatIsKept_DoesNotEnd) {
 
 TEST_F(TurningRound, BadFriction_IsNamed) {
   const auto message = [](const VectorXd& friction) {
-    return message_of([&] { sensing::TouchOnset(VectorXd::Zero(2), {.noise = VectorXd::Constant(2, kNoise), .friction = friction}); });
+    return message_of(
+        [&] { sensing::TouchOnset(VectorXd::Zero(2), {.noise = kNoise * kNoise * MatrixXd::Identity(2, 2), .friction = friction}); });
   };
   EXPECT_NE(message(VectorXd::Constant(3, 0.1)).find("friction: got 3"), std::string::npos) << message(VectorXd::Constant(3, 0.1));
   EXPECT_NE(message(VectorXd::Constant(2, -0.1)).find("friction: got -0.1"), std::string::npos);

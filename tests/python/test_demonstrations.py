@@ -20,6 +20,7 @@ if not (MODULE / "stiction").is_dir():
 sys.path.insert(0, str(MODULE))
 
 import stiction as st  # noqa: E402
+from stiction._demonstration_reference import Reference, off_by  # noqa: E402
 from stiction.demonstrations import Demonstration  # noqa: E402
 
 
@@ -149,6 +150,21 @@ def test_demonstration_without_a_hold_is_not_called_complete() -> None:
     done = st.repair(ball, Demonstration(time, np.clip(joints, ball.model.lower, ball.model.upper), None, poses), timeout_s=10)
     assert not done.holds and done.position_error[-1] > ball.goal.tol_position
     assert any("does not accept" in sentence or "is lost" in sentence for sentence in done.sentences())
+
+
+@pytest.mark.parametrize("scene", ["tasks/allegro_door.yaml", "tests/tasks/data/two_boxes.yaml"], ids=["on_another_object", "two_objects"])
+def test_goal_of_a_repair_is_where_all_its_objects_were_shown(scene: str, tmp_path: Path) -> None:
+    task = st.load_task(ROOT / scene)
+    plan = st.plan(task, seed=1).plan
+    (file,) = plan.export(tmp_path / "motion.npz")
+    reference = Reference(task, st.read_demonstration(file, task), 1)
+    assert reference.task.goal_objects == task.goal_objects
+    assert reference.task.q_goal == pytest.approx(plan.q[-1][: task.model.n_qu], abs=1e-9)
+    aside = reference.q[-1].copy()
+    aside[task.model.objects[task.goal_objects[-1]].q_begin] += 0.04  # the last of them
+    for off, expected in zip(off_by(task, aside[None], reference.q[-1:]), task.with_(goal=reference.task.q_goal).goal_errors(aside[None])[0], strict=True):
+        assert off[0] == pytest.approx(expected, abs=1e-7)
+    assert max(off[0] for off in off_by(task, aside[None], reference.q[-1:])) > 0.03
 
 
 def test_command_repairs_a_file(stiction, write: Callable[..., Path], tmp_path: Path) -> None:

@@ -347,6 +347,21 @@ def test_the_script_of_the_tutorial_sends_the_trajectory(stiction, real_plan: Pa
     assert list(message.points[-1].positions) == raw["segments"][-1]["knots"][-1]["u"]
 
 
+@pytest.mark.filterwarnings("ignore:the plan does not reach its goal")
+def test_topics_of_a_robot_have_one_name_where_names_are_alike(st, tmp_path: Path) -> None:
+    text = (ROOT / "tasks" / "planar_hand.yaml").read_text(encoding="utf-8")
+    names = {"left": "hand-ö", "right": "hand-ä"}  # the second comes first in the alphabet
+    for before, after in names.items():
+        text = re.sub(rf"(?<=[\[ ]){before}(?=[,\]\s])", after, text)
+    (tmp_path / "task.yaml").write_text(text.replace("../models", str(ROOT / "models")), encoding="utf-8")
+    task = st.load_task(tmp_path / "task.yaml")
+    (file,) = task.follow(task.q_start[None, -4:] + 0.01).export(tmp_path / "motion.mcap")
+    with file.open("rb") as stream:
+        found = {channel.topic: message.data for _, channel, _, message in make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages() if channel.topic.endswith("description")}
+    urdfs = task.model.scene.robot_urdfs
+    assert found == {"/hand/robot_description": urdfs["hand-ö"], "/hand_2/robot_description": urdfs["hand-ä"]}
+
+
 def test_names_of_topics_differ_where_names_do(st) -> None:
     from stiction._mcap import Tokens, definition
 

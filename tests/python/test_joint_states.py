@@ -55,7 +55,9 @@ def test_log_becomes_the_series_of_a_scenario_whatever_the_order_of_its_names(tm
     tau = [np.zeros(6), push(model)]
     file = write(tmp_path / "log.mcap", [("/joint_states", state(0.5 * i, names, np.array(POSTURE)[order], tau[i][order])) for i in range(2)])
     log = st.load_joint_states(file)
-    assert log.joints == names and log.t.tolist() == [1], "a stamp of 0 is none: the time of the log"
+    assert log.joints == names and log.t.tolist() == [0, 0.5], "simulated time begins at 0"
+    unstamped = [("/joint_states", state(0, names, np.array(POSTURE)[order], tau[i][order])) for i in range(2)]
+    assert st.load_joint_states(write(file, unstamped)).t.tolist() == [1, 2], "no stamps: the times of the log"
     log = st.load_joint_states(write(file, [("/joint_states", state(1 + i, names, np.array(POSTURE)[order], tau[i][order], np.arange(6))) for i in range(2)]))
     assert log.t.tolist() == [1, 2] and np.array_equal(log.velocity[1], np.arange(6))
     assert np.allclose(log.tau[1], push(model)[order])

@@ -204,3 +204,49 @@ def test_mistakes_about_several_contacts_are_named(program: Path, tmp_path: Path
     (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario | change))
     code, out = sense(program, tmp_path / "scenario.yaml")
     assert code == 2 and message in out["message"]
+
+
+@pytest.mark.parametrize("name", ["ur5_forearm", "ur5_two_contacts", "panda_poked"])
+def test_rest_and_sign_of_torques_that_are_computed_are_refused(program: Path, tmp_path: Path, name: str) -> None:
+    scenario = FILES[ROOT / "scenarios" / f"{name}.yaml"]
+    for key, value in (("sign", -1), ("rest", {"seconds": [0, 1]}), ("rest", {})):
+        (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario | {"sensing": scenario["sensing"] | {key: value}}), encoding="utf-8")
+        done = children.run([program, "sense", tmp_path / "scenario.yaml"])
+        assert done.returncode == 2 and f"sensing.{key}: got '{key}' of torques that are computed from contacts" in done.stderr, done.stderr
+    for words in (["--turn"], ["--rest", "0", "1"]):
+        done = children.run([program, "sense", name, *words])
+        assert done.returncode == 2 and f"{words[0]}: got a scenario whose torques are computed from contacts" in done.stderr, done.stderr
+
+
+def test_noise_of_the_command_line_stands_for_that_of_rest(program: Path, tmp_path: Path) -> None:
+    """Of few rows the threshold is larger than four deviations; a given noise is no estimate."""
+    scenario = yaml.safe_load((ROOT / "scenarios/ur5_forearm.yaml").read_text())
+    del scenario["joints"], scenario["contact"]
+    scenario |= {"series": "series.csv", "sensing": {"rest": {"rows": [0, 4]}, "noise": "rest"}}
+    random = np.random.default_rng(0)
+    rows = [[0.1 * k, 0, -1.2, 1.6, -1.97, -1.57, 0, *random.normal(0, 0.05, 6)] for k in range(5)]
+    (tmp_path / "series.csv").write_text("\n".join([NAMES, *(",".join(map(str, row)) for row in rows)]), encoding="utf-8")
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario), encoding="utf-8")
+    done = children.run([program, "sense", tmp_path / "scenario.yaml", "--noise", "0.5", "--json"])
+    assert done.returncode == 0, done.stderr
+    assert [moment["largest"]["threshold"] for moment in json.loads(done.stdout)["moments"]] == pytest.approx([2.0] * 5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [({"period": 1e-4}, "poke.period: got 0.0001, expected at least 0.0002 s"), ({"duration": 1e30}, "poke.duration: got 1e+30, expected at most 1e+06 times the period")],
+)
+def test_times_of_a_simulated_robot_that_cannot_be_kept_are_refused(program: Path, tmp_path: Path, changes: dict, message: str) -> None:
+    scenario = FILES[POKED[0]]
+    (tmp_path / "scenario.yaml").write_text(json.dumps(scenario | {"poke": scenario["poke"] | changes}), encoding="utf-8")
+    done = children.run([program, "sense", tmp_path / "scenario.yaml"])
+    assert done.returncode == 2 and message in done.stderr, done.stderr
+
+
+def test_moments_of_a_simulated_robot_lie_a_period_apart(program: Path, tmp_path: Path) -> None:
+    """Of 0.25 s and 2.5 ms, of which the impedance controller has 12 or 13 periods."""
+    scenario = FILES[ROOT / "scenarios" / "panda_poked.yaml"]
+    poke = scenario["poke"] | {"period": 0.0025, "duration": 0.25, "pushes": [scenario["poke"]["pushes"][0] | {"begin": 0.1, "duration": 0.1}]}
+    (tmp_path / "scenario.yaml").write_text(json.dumps(scenario | {"poke": poke}), encoding="utf-8")
+    code, out = sense(program, tmp_path / "scenario.yaml")
+    assert code == 0 and [m["t"] for m in out["moments"]] == pytest.approx([0.0025 * (k + 1) for k in range(100)], abs=1.001e-4)

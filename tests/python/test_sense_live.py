@@ -106,6 +106,44 @@ def test_a_click_pushes_the_robot_and_the_push_is_found(live: Live) -> None:
     assert not live.pushes, "a click beside the robot is no push"
 
 
+def reported(tau: np.ndarray, rest: np.ndarray, sign: int, **sensing: object) -> st.SensingScenario:
+    """One moment of a UR5 whose controller reports external torques with a rest and a sign."""
+    robot = {"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}
+    keys = {"rest": rest.tolist(), "sign": sign, "samples": 500} | sensing
+    return st.load_sensing_scenario({"scene": {"robots": [robot]}, "sensing": keys, "joints": [0.3, -1.2, 1.4, -0.6, 0.5, 0.2], "torques": (rest + sign * tau).tolist()})
+
+
+def test_rest_and_sign_of_the_scenario_change_nothing_that_is_shown() -> None:
+    tau, rest = np.array([1.0, -2.0, 1.5, 0.5, -0.3, 0.0]), np.array([0.4, -3.0, 2.0, 0.2, -0.1, 0.3])
+    shown = []
+    for scenario in (reported(tau, 0 * rest, 1), reported(tau, rest, -1)):
+        assert scenario.sign * (scenario.tau[0] - scenario.rest) == pytest.approx(tau)
+        with serving("127.0.0.1", 0) as server:
+            live = Live(server, scenario)
+            live.tick(0.0)
+            colours = [np.array(live.clouds[link.name].colors, dtype=int) for link in live.sensor.links]
+            X = live.model.body_poses(live.configuration(0))
+            link = next(link for link in live.sensor.links if link.name == "arm/wrist_2_link")
+            p_W, n_W = link.p_L[40] @ X[link.name].R.T + X[link.name].p, X[link.name].R @ link.n_L[40]
+            live.poke(p_W + 0.01 * n_W, -n_W)
+            assert any(c.link == link.name and np.linalg.norm(c.p_L - link.p_L[40]) < 0.03 for c in live.last.candidates if c.explains)
+            shown.append((np.concatenate(colours), [(c.link, c.p_L, c.f_L) for c in live.last.candidates]))
+    (colours, candidates), (other_colours, other_candidates) = shown
+    assert np.abs(colours - other_colours).max() <= 1, "rounded differently"
+    for (link, p_L, f_L), (other_link, other_p_L, other_f_L) in zip(candidates, other_candidates, strict=True):
+        assert link == other_link and p_L == pytest.approx(other_p_L, abs=1e-6) and f_L == pytest.approx(other_f_L, abs=1e-4)
+
+
+def test_noise_of_a_push_is_that_of_each_joint() -> None:
+    deviations = np.array([0.3, 0.2, 0.1, 0.05, 0.02, 0.01])
+    scenario = reported(np.zeros(6), np.zeros(6), 1, noise=deviations.tolist())
+    assert scenario.noise == pytest.approx(np.diag(deviations**2)) and reported(np.zeros(6), np.zeros(6), 1, noise=0.2).noise == 0.2
+    with serving("127.0.0.1", 0) as server:
+        live = Live(server, scenario)
+        drawn = np.std([live.draw_noise() for _ in range(2000)], axis=0)
+    assert drawn == pytest.approx(deviations, rel=0.1), "2000 draws know a deviation to 1.6 %"
+
+
 @pytest.fixture(scope="module")
 def two_pushes() -> st.SensingScenario:
     return st.load_sensing_scenario("ur5_two_pushes")
@@ -165,6 +203,10 @@ def test_program_serves_the_page_until_it_is_interrupted(program: Path) -> None:
         (["nothing_like_it", "--live", "--port", "0"], "nothing_like_it"),
         (["ur5_forearm", "--live", "--json"], "--json"),
         (["ur5_forearm", "--port", "1"], "--live"),
+        (["ur5_forearm", "--live", "--turn"], "--turn"),
+        (["ur5_forearm", "--live", "--noise", "0.2"], "--noise"),
+        (["ur5_forearm", "--live", "--rest", "0", "1"], "--rest"),
+        (["ur5_forearm", "--live", "--force", "3"], "--force"),
     ],
 )
 def test_mistakes_are_named(program: Path, words: list[str], message: str) -> None:

@@ -438,3 +438,23 @@ def test_mistakes_about_several_contacts_name_the_argument(sensor: st.Sensor) ->
             sensor.sense_contacts(POSTURE, np.ones(6), **arguments)
     with pytest.raises(st.InvalidInput, match=r"base_wrench\.force_noise: got -1"):
         st.BaseWrench(np.zeros(3), np.zeros(3), force_noise=-1)
+
+
+def test_noise_of_one_joint_is_a_covariance_or_a_deviation_as_it_is_given() -> None:
+    """Both have one number, as an array of one dimension or of two."""
+    link = "<link name='l'><inertial><mass value='1'/><inertia ixx='.02' iyy='.03' izz='.025' ixy='0' ixz='0' iyz='0'/></inertial><collision><origin xyz='.15 0 0'/><geometry><box size='.3 .06 .05'/></geometry></collision></link>"
+    joint = "<joint name='j' type='revolute'><parent link='b'/><child link='l'/><axis xyz='0 0 1'/><limit lower='-2' upper='2' effort='50' velocity='3'/></joint>"
+    robot = {"name": "r", "urdf": f"<robot name='r'><link name='b'/>{link}{joint}</robot>"}
+    sensor = st.Sensor(st.load_model({"robots": [robot]}), samples=100)
+    random = np.random.default_rng(0)
+    rest = st.calibrate(sensor.model, np.zeros((50, 1)), random.normal(0, 0.05, (50, 1)))
+    by_covariance = sensor.sense([0.0], [0.12], noise=rest.noise)
+    assert by_covariance.threshold == pytest.approx(4 * np.sqrt(rest.noise[0, 0])) and by_covariance.verdict == st.Verdict.BelowThreshold
+    assert sensor.sense([0.0], [0.12], noise=np.sqrt(rest.noise[0])).threshold == pytest.approx(by_covariance.threshold)
+    keys = {"scene": {"robots": [robot]}, "joints": [0], "torques": [0.12]}
+    for noise in ([[0.0025]], [0.05]):
+        (result,) = st.sense(st.load_sensing_scenario(keys | {"sensing": {"noise": noise}}))
+        assert result.threshold == pytest.approx(0.2)
+    onset = st.TouchOnset(rest.rest, rest.within)
+    assert not any(onset.update(random.normal(0, 0.05, 1), 0.01) for _ in range(300))
+    assert st.TouchOnset(rest.rest, np.sqrt(rest.within[0])).noise == pytest.approx(st.TouchOnset(rest.rest, rest.within).noise)

@@ -116,6 +116,23 @@ def test_least_residual_of_the_page_lies_where_the_contact_is(sensed: tuple[Path
     assert all((numbers(link, "<u2") >= 0).all() for link in eta["values"][0])
 
 
+def test_what_a_link_feels_follows_from_the_noise_of_the_joint_before_it(program: Path, tmp_path: Path) -> None:
+    def etas(noise: object, **more: object) -> tuple[list[np.ndarray], str]:
+        scenario = yaml.safe_load((ROOT / "scenarios/panda_wrist.yaml").read_text())
+        scenario["sensing"] |= {"noise": noise, "probabilities": False, "links": ["arm/panda_link*", "arm/panda_leftfinger"]} | more
+        (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario), encoding="utf-8")
+        _, page = make(program, "sense", tmp_path / "scenario.yaml", tmp_path / "page.html")
+        eta = page["fields"][1]
+        return [numbers(link, "<u2") / 65535 for link in eta["values"][0]], eta["meaning"]
+
+    (quiet, text), (loud, _) = etas(0.02), etas(0.2)
+    assert "0.08 N·m" in text and all(b.mean() > a.mean() for a, b in zip(quiet, loud, strict=True))
+    mixed, text = etas([0.02] * 5 + [0.2] * 3, unmeasured=["panda_finger_joint1"])
+    assert "0.08 to 0.8 N·m" in text and len(mixed) == 8
+    for k, (link, expected) in enumerate(zip(mixed, [*quiet[:5], *loud[5:7], np.ones_like(loud[7])], strict=True)):
+        np.testing.assert_array_equal(link, expected, err_msg=f"link {k + 1}")
+
+
 def test_series_has_a_frame_a_moment(program: Path, tmp_path: Path) -> None:
     scenario = yaml.safe_load((ROOT / "scenarios/ur5_forearm.yaml").read_text())
     del scenario["joints"], scenario["contact"]

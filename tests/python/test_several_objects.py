@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 import referencing
 from test_schema import load
@@ -59,6 +61,17 @@ def test_goal_of_several_objects_takes_the_numbers_of_all() -> None:
     assert task.goal_errors([there, aside])[:, 0] == pytest.approx([0, 0.03], abs=1e-12)
     with pytest.raises(st.InvalidInput, match="'left' and 'right'"):
         task.set_goal([0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("values", [[0, -0.5, None], (0.0, -0.5, None), np.array([0, -0.5, None])], ids=["integers", "tuple", "array"])
+def test_none_leaves_a_coordinate_of_the_goal_open(values: object) -> None:
+    task = st.load_task("planar_pushing")
+    other = task.with_(goal=values)
+    task.set_goal(values)
+    assert task.goal.open == other.goal.open == [False, False, True]
+    for wrong, message in (([0, math.nan, None], r"goal\[1\]: got nan"), ([0, None], "got 2 numbers"), ([0.0, -0.5, math.nan], r"goal\[2\]: got nan")):
+        with pytest.raises(st.InvalidInput, match=message):
+            task.with_(goal=wrong)
 
 
 def test_bystanders_stand_where_a_plan_starts() -> None:

@@ -158,11 +158,22 @@ def test_another_sweep_is_refused_with_what_differs(starts: Path, tmp_path: Path
     assert file.read_bytes() == before
 
 
-def test_a_task_that_changed_is_another_one(starts: Path, tmp_path: Path) -> None:
-    task = tmp_path / "mine.yaml"
-    task.write_text(f"base: {ROOT}/tasks/planar_pushing.yaml\nname: mine\n", encoding="utf-8")
+@pytest.mark.parametrize(
+    ("scene", "before", "after"),
+    [
+        ("planar_pushing", "tolerance: {position: 0.02, angle: 0.1}", "tolerance: {position: 0.03, angle: 0.1}"),
+        ("planar_pushing", "goal: {objects: {box: {coordinates: [0, -0.5, 0]}}}", "goal: {objects: {box: {coordinates: [0, -0.5, ~]}}}"),
+        ("planar_pushing", "goal: {objects: {box: {coordinates: [0, -0.5, [-1, 1]]}}}", "goal: {objects: {box: {coordinates: [0, -0.5, [-2, 2]]}}}"),
+        ("two_boxes", "goal: {objects: {left: {coordinates: [-0.6, 1, 0]}, right: {coordinates: [1, 0.5, ~]}}}", "goal: {objects: {left: {coordinates: [-0.6, 1, 0]}, right: {coordinates: [1, 0.6, ~]}}}"),
+        ("careful_clutter", "bystanders: {may_move: 0.05}", "bystanders: {may_move: 0.1}"),
+    ],
+    ids=["tolerance", "open", "bounds", "second_object", "bystanders"],
+)
+def test_a_task_that_changed_is_another_one(scene: str, before: str, after: str, starts: Path, tmp_path: Path) -> None:
+    task, base = tmp_path / "mine.yaml", next(path for path in (ROOT / "tasks" / f"{scene}.yaml", ROOT / "tests" / "tasks" / "data" / f"{scene}.yaml") if path.exists())
+    task.write_text(f"base: {base}\nname: mine\n{before}\n", encoding="utf-8")
     st.sweep(task, out=tmp_path / "sweep.csv", run=Writes(str(starts)))
-    task.write_text(f"base: {ROOT}/tasks/planar_pushing.yaml\nname: mine\ntolerance: {{position: 0.03, angle: 0.1}}\n", encoding="utf-8")
+    task.write_text(f"base: {base}\nname: mine\n{after}\n", encoding="utf-8")
     with pytest.raises(st.InvalidInput, match="tasks.*mine.yaml: got"):
         st.sweep(task, out=tmp_path / "sweep.csv", run=Writes(str(starts)))
 

@@ -285,10 +285,14 @@ TEST(HoldingTorques, OfAStretchedPendulum_AreMassTimesLever) {
 
 TEST(Whitening, TorquesOfOneNoise_AreLeftAsTheyAre) {
   double uniform = 0;
-  EXPECT_EQ(make_covariance(VectorXd::Constant(4, 0.2), 4, uniform).size(), 0);
+  EXPECT_EQ(make_covariance(VectorXd(VectorXd::Constant(4, 0.2)), 4, uniform).size(), 0);
   EXPECT_EQ(uniform, 0.2);
-  EXPECT_EQ(make_covariance(0.09 * MatrixXd::Identity(4, 4), 4, uniform).size(), 0);
+  EXPECT_EQ(make_covariance(MatrixXd(0.09 * MatrixXd::Identity(4, 4)), 4, uniform).size(), 0);
   EXPECT_DOUBLE_EQ(uniform, 0.3);
+  EXPECT_EQ(make_covariance(MatrixXd(MatrixXd::Constant(1, 1, 0.09)), 1, uniform).size(), 0);
+  EXPECT_DOUBLE_EQ(uniform, 0.3) << "of one joint as well";
+  EXPECT_EQ(make_covariance(VectorXd(VectorXd::Constant(1, 0.09)), 1, uniform).size(), 0);
+  EXPECT_EQ(uniform, 0.09);
   WhitenedTorques plain;
   const VectorXd tau = Eigen::Vector4d(1, 2, 3, 4);
   plain.assign({}, tau, 0.2, 0.01);
@@ -323,12 +327,13 @@ TEST(Whitening, NoiseOfTheWhitenedTorques_IsOfOneSizeAndIndependent) {
 
 TEST(Whitening, NoiseThatIsNone_IsRefusedByTheJoint) {
   double uniform = 0;
-  const auto refusal = [&](const MatrixXd& noise) { return message_of([&] { (void)make_covariance(noise, 3, uniform); }); };
-  EXPECT_NE(refusal(Vector3d(1, 0, 1)).find("noise[1]: got 0"), std::string::npos) << refusal(Vector3d(1, 0, 1));
-  EXPECT_NE(refusal(Eigen::Vector2d(1, 1)).find("shape (2, 1)"), std::string::npos);
-  Eigen::Matrix3d singular = Eigen::Matrix3d::Ones();
+  const auto refusal = [&](const auto& noise) { return message_of([&] { (void)make_covariance(noise, 3, uniform); }); };
+  const VectorXd zero = Vector3d(1, 0, 1), two = VectorXd::Ones(2);
+  EXPECT_NE(refusal(zero).find("noise[1]: got 0"), std::string::npos) << refusal(zero);
+  EXPECT_NE(refusal(two).find("shape (2, 1)"), std::string::npos);
+  const MatrixXd singular = MatrixXd::Ones(3, 3);
   EXPECT_NE(refusal(singular).find("positive definite"), std::string::npos);
-  Eigen::Matrix3d skew = Eigen::Matrix3d::Identity();
+  MatrixXd skew = MatrixXd::Identity(3, 3);
   skew(0, 1) = 0.5;
   EXPECT_NE(refusal(skew).find("not symmetric"), std::string::npos);
   TorqueModel model{.sign = 2};

@@ -1874,7 +1874,7 @@ class Task:
     def scene_sha256(self) -> str:
         """SHA-256 of the scene; plans store it"""
 
-    def with_(self, *, start: numpy.typing.ArrayLike | None = None, goal: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None) -> Task:
+    def with_(self, *, start: numpy.typing.ArrayLike | None = None, goal: Sequence[float | None] | numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None) -> Task:
         """
         Returns a copy of the task with another start, goal or options. The task itself does not change.
 
@@ -4277,7 +4277,7 @@ class ControlRunResult:
     @property
     def error(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
-        tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m] (ticks)
+        tracking error: norm of q - q_ref [rad or m], or distance of the tool from its reference [m] (ticks)
         """
 
     @property
@@ -4422,7 +4422,7 @@ class ControlSample:
     @property
     def error(self) -> float:
         """
-        tracking error: norm of q - q_ref [rad], or distance of the tool from its reference [m]
+        tracking error: norm of q - q_ref [rad or m], or distance of the tool from its reference [m]
         """
 
     @property
@@ -6152,7 +6152,7 @@ class SensingScenario:
 
     @property
     def tau(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """external torques [N m; N] (time, n_a)"""
+        """torques as measured [N m; N] (time, n_a)"""
 
     @property
     def notes(self) -> list[str]:
@@ -6177,15 +6177,41 @@ class SensingScenario:
         """contacts of the file, if it gives contacts instead of torques"""
 
     @property
-    def noise(self) -> float:
-        """standard deviation of each torque [N m]"""
+    def noise(self) -> float | Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """
+        standard deviation of each torque [N m], or the covariance of all (n_a, n_a)
+        """
+
+    @property
+    def rest(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        torques without contact, which are subtracted from `tau` (n_a) [N m; N]
+        """
+
+    @property
+    def sign(self) -> float:
+        """
+        -1: `tau` are torques of the robot on its surroundings; otherwise 1. External torques are sign (tau - rest)
+        """
+
+    def calc_residual_shares(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, friction: float) -> list[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]]:
+        """
+        Computes which share of the torques the best single force at a sample leaves unexplained, with the options of the scenario.
+
+          q: configuration (n_q), or joint positions alone (n_a) [rad or m].
+          tau: torques as in `tau` of the scenario (n_a) [N m; N].
+          friction: friction coefficient.
+
+        Returns sqrt(l)/|tau| with the residual l of (4.5) at the samples of each link of the sensor, in [0, 1]; 1 where the torques are 0. Torques
+        are relative to their noise if it differs between joints. Raises InvalidInput: wrong sizes, numbers that are not finite.
+        """
 
     def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None) -> SenseResult:
         """
         Finds the single contacts that explain one measurement, as Sensor.sense() does, with the options of the scenario.
 
           q: configuration (n_q), or joint positions alone (n_a) [rad or m].
-          tau: external torques (n_a) [N m; N].
+          tau: torques as in `tau` of the scenario (n_a) [N m; N].
           last: SenseResult of the previous measurement, or None.
 
         Returns a SenseResult. Raises InvalidInput: wrong sizes, numbers that are not finite.
@@ -6210,7 +6236,7 @@ class SensingScenario:
         Finds simultaneous contacts that explain one measurement, as Sensor.sense_contacts() does, with the options of the scenario.
 
           q: configuration (n_q), or joint positions alone (n_a) [rad or m].
-          tau: external torques (n_a) [N m; N].
+          tau: torques as in `tau` of the scenario (n_a) [N m; N].
           base: BaseWrench, or None.
           last: ContactSets of the previous measurement, or None.
 

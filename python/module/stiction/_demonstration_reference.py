@@ -114,19 +114,30 @@ def _rotation_matrix(xyzw: np.ndarray) -> np.ndarray:
 
 
 def goal_of(task: Task, q: np.ndarray) -> np.ndarray:
-    """What a task takes as the goal for where its object is at q."""
-    info = task.model.objects[task.goal.object]
+    """What a task takes as the goal for where its objects, and those that carry them through joints, are at q."""
+    named = set()
+    for index in task.goal_objects:
+        while index >= 0:
+            named.add(index)
+            index = task.model.objects[index].parent
+    return np.concatenate([_goal_numbers(task.model, index, q) for index in sorted(named)])
+
+
+def _goal_numbers(model: Model, index: int, q: np.ndarray) -> np.ndarray:
+    info = model.objects[index]
     if info.n_q != 7:
         return q[info.q_begin : info.q_begin + info.n_q]
-    pose = task.model.object_pose(q, info.name)
+    pose = model.object_pose(q, info.name)
     R = pose.R
     pitch = math.asin(float(np.clip(-R[2, 0], -1, 1)))
     return np.array([*pose.p, math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
 
 
 def off_by(task: Task, q: np.ndarray, shown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far the object of the goal is at q from where it is at `shown` (N) [m], [rad]."""
-    name = task.model.object_names[task.goal.object]
-    is_at, was_at = task.model.object_poses(q, name), task.model.object_poses(shown, name)
-    angle = 2 * np.arccos(np.clip(np.abs(np.sum(is_at[:, 3:] * was_at[:, 3:], axis=1)), 0, 1))
-    return np.linalg.norm(is_at[:, :3] - was_at[:, :3], axis=1), angle
+    """How far the objects of the goal are at q from where they are at `shown`, at most (N) [m], [rad]."""
+    position, angle = np.zeros(len(q)), np.zeros(len(q))
+    for index in task.goal_objects:
+        is_at, was_at = (task.model.object_poses(at, task.model.object_names[index]) for at in (q, shown))
+        position = np.maximum(position, np.linalg.norm(is_at[:, :3] - was_at[:, :3], axis=1))
+        angle = np.maximum(angle, 2 * np.arccos(np.clip(np.abs(np.sum(is_at[:, 3:] * was_at[:, 3:], axis=1)), 0, 1)))
+    return position, angle

@@ -36,8 +36,16 @@ def require_folder(file: Path) -> Path:
 
 def require_writable(file: Path) -> None:
     """Before the work, not after it. Raises InvalidInput as write_whole()."""
-    place = require_folder(file)
-    write_whole(place.with_name(f".stiction-probe-{os.getpid()}"), lambda to: to.touch()).unlink()
+    probe = require_folder(file).with_name(f".stiction-probe-{os.getpid()}")
+    try:
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise _unwritable(file, error) from None
+
+
+def _unwritable(file: Path, error: OSError) -> InvalidInput:
+    return InvalidInput(f"{file}: cannot be written ({error.strerror}), expected a folder to write to")
 
 
 def write_whole(file: Path, write: Callable[[Path], object]) -> Path:
@@ -48,7 +56,7 @@ def write_whole(file: Path, write: Callable[[Path], object]) -> Path:
         write(temporary)
         temporary.replace(place)
     except OSError as error:
-        raise InvalidInput(f"{file}: cannot be written ({error.strerror}), expected a folder to write to") from None
+        raise _unwritable(file, error) from None
     finally:
         temporary.unlink(missing_ok=True)
     return file

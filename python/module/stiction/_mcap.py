@@ -112,9 +112,8 @@ def robots_of(joints: list[str]) -> dict[str, list[int]]:
     return out
 
 
-def add_joints(to: Recorder, motion: Motion) -> None:
+def add_joints(to: Recorder, motion: Motion, tokens: Tokens) -> None:
     """Of each robot what a controller is sent, and what its joints then do."""
-    tokens = Tokens()
     for robot, columns in robots_of(motion.joints).items():
         names = [motion.joints[i].split("/", 1)[1] for i in columns]
         points = [
@@ -129,9 +128,8 @@ def add_joints(to: Recorder, motion: Motion) -> None:
             to.add(f"/{tokens(robot)}/joint_states", "sensor_msgs/JointState", t, state)
 
 
-def add_descriptions(to: Recorder, motion: Motion) -> None:
+def add_descriptions(to: Recorder, motion: Motion, tokens: Tokens) -> None:
     """The URDF of each robot, as robot_state_publisher has it."""
-    tokens = Tokens()
     for robot, text in motion.plan.task.model.scene.robot_urdfs.items():
         to.add(f"/{tokens(robot)}/robot_description", "std_msgs/String", 0, {"data": text})
 
@@ -217,8 +215,9 @@ def write(motion: Motion, file: Path) -> None:
     with file.open("wb") as out, ros2.Writer(out) as writer:
         to = Recorder(writer)
         links = Links(motion.plan.task.model)
-        add_descriptions(to, motion)
+        robots = Tokens()
+        add_joints(to, motion, robots)
+        add_descriptions(to, motion, robots)
         add_fixed(to, motion, links)
-        add_joints(to, motion)
         add_world(to, motion, links)
         writer.add_metadata(name="stiction", data={name: str(value) for name, value in motion.about().items()})

@@ -118,8 +118,9 @@ class _Reader:
         self._require_names(joints)
         rows: list[tuple[float, list[float], list[float], list[float]]] = []
         left_out: Counter[str] = Counter()
+        are_stamped = any(_stamp_of(message) > 0 for _, message in self._messages)  # simulated time begins at 0, which alone tells nothing
         for log_time, message in self._messages:
-            row = _row_of(message, joints, log_time)
+            row = _row_of(message, joints, _stamp_of(message) if are_stamped else log_time)
             if isinstance(row, str):
                 left_out[row] += 1
             elif rows and row[0] <= rows[-1][0]:
@@ -146,7 +147,11 @@ def _quote(names: list[str]) -> str:
     return ", ".join(f"'{name}'" for name in names)
 
 
-def _row_of(message: Any, joints: list[str], log_time: float) -> tuple[float, list[float], list[float], list[float]] | str:
+def _stamp_of(message: Any) -> float:
+    return float(message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec)
+
+
+def _row_of(message: Any, joints: list[str], time: float) -> tuple[float, list[float], list[float], list[float]] | str:
     """Time, positions, velocities and efforts of the joints; a text: why the message has none."""
     at = {name: i for i, name in enumerate(message.name)}
     n = len(message.name)
@@ -160,5 +165,4 @@ def _row_of(message: Any, joints: list[str], log_time: float) -> tuple[float, li
     if not all(map(math.isfinite, q + tau)):
         return "have a number that is not finite"
     velocity = [float(message.velocity[at[joint]]) if len(message.velocity) == n else math.nan for joint in joints]
-    stamp = message.header.stamp
-    return stamp.sec + 1e-9 * stamp.nanosec or log_time, q, velocity, tau
+    return time, q, velocity, tau

@@ -20,9 +20,11 @@ from ._files import require_writable, write_whole
 FORMAT, FORMAT_VERSION = "stiction-report", 1
 LOG_MB = 5  # of a log its end counts
 COMMON_NAMES = {"admin", "debian", "docker", "guest", "home", "localhost", "root", "runner", "ubuntu", "user"}  # that tell nobody who it was
-WORD = r"[^\s\"'<>|:;,()\[\]{}=]"
-ABSOLUTE = rf"(?:file://|package://|[A-Za-z]:[/\\]|~[\w.-]*/|\.{{1,2}}/|/)(?:{WORD}*[/\\])?({WORD}+)"
-RELATIVE = rf"(?:{WORD}+/)+({WORD}+\.[A-Za-z]\w{{0,4}})"  # to a file with an ending; N/m and body/link_0.0 are none
+LETTER = r"[^\s\"'<>|:;,()\[\]{}=/\\]"  # of a name in a path
+PLAIN = r"[^\s\"'<>|:;,()\[\]{}=/\\.]"
+FOLDER = rf"(?:{LETTER}*|{PLAIN}+(?: {PLAIN}+){{1,2}})[/\\]"  # its name may be two or three words
+ABSOLUTE = rf"(?:file://|package://|[A-Za-z]:[/\\]|~[\w.-]*/|\.{{1,2}}/|/)(?:{FOLDER})*({LETTER}+)"
+RELATIVE = rf"(?:{LETTER}+/){{1,64}}({LETTER}+\.[A-Za-z]\w{{0,4}})"  # to a file with an ending; N/m and body/link_0.0 are none
 PATHS = re.compile(rf"(?<![\w.)/]){ABSOLUTE}|{RELATIVE}")
 ADDRESSES = re.compile(r"[\w.+-]+@[\w-]+(?:\.[\w-]+)*|\b\d{1,3}(?:\.\d{1,3}){3}\b")
 

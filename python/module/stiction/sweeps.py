@@ -155,13 +155,8 @@ def options_of(task: Task, changes: Mapping[str, Any]) -> PlannerOptions:
 def digest(name: str) -> str:
     """Of all that a task says, so that rows of another one are not taken for its own."""
     task = load_task(name)
-    goal = task.goal
-    said = [
-        task.scene_sha256,
-        task.q_start.tolist(),
-        [goal.object, goal.X_WG.p.tolist(), goal.X_WG.R.tolist(), goal.tol_position, goal.tol_angle],
-        task.options.to_dict(),
-    ]
+    goal = json.loads(task.as_plan().to_text())["goal"]  # as a plan file has it: all objects, bounds of coordinates, bystanders
+    said = [task.scene_sha256, task.q_start.tolist(), goal, task.options.to_dict()]
     return hashlib.sha256(json.dumps(said, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 

@@ -14,6 +14,7 @@ from ..camera import choose_view
 from ..drawing import Drawing
 from .live import Hand, Pull
 from .picture import Pictures
+from .scenario import error_unit
 from .stage import HAND
 from .texts import plain
 
@@ -111,7 +112,7 @@ class ControlLive:
                 arrows.points = np.array([[p - f, p] for p, f in some], dtype=np.float32)
             if arrows.visible != bool(some):
                 arrows.visible = bool(some)
-        error = f"{1e3 * sample.error:.1f} {'mm' if self.scenario.tool is not None else 'mrad'} behind"
+        error = f"{1e3 * sample.error:.1f} {error_unit(self.scenario)} behind"
         force = f"**{sample.largest_force:.1f} N** of {self.scenario.lambda_max:g}{', at its bound' if sample.bounded else ''}" if contacts else "nothing touches"
         self.words.content = f"t = {sample.time:.2f} s: {force}, {error}" + (f"  \n⚠ {plain(self.message)}" if self.message else "")
 

@@ -64,10 +64,18 @@ def play_sense(source: str | Path) -> Played:
             extent = f", within {100 * c.extent:.1f} cm" if c.extent > 0 else ""
             rows.append(f"{number}. {plain(c.link)}: {np.linalg.norm(c.f_W):.1f} N, leaves {np.sqrt(max(c.residual, 0.0)):.2f} N·m{extent}")
         lines.append("  \n".join(rows))
-    tau = np.linalg.norm(scenario.tau[chosen], axis=1)
+    tau = np.linalg.norm(scenario.tau[chosen] - scenario.rest, axis=1)
     drawn = _moves(pictures, _whole(model, scenario.q[chosen]), scenario.name, contacts)
     words = f"{plain(scenario.description)}  \narrows are forces on the robot, each of which alone explains the torques"
     return Played(scenario.name, drawn, pictures, np.array(scenario.times)[chosen], lines, words, {"external torque": ("N·m", tau)}, scenario)
+
+
+def error_unit(scenario: st.ControlScenario) -> str:
+    """Of a thousandth of the tracking error."""
+    if scenario.tool is not None:
+        return "mm"
+    kinds = {dof.kind for dof in scenario.model.dofs[-scenario.model.n_a :]}
+    return ", ".join(unit for kind, unit in ((st.DofKind.Revolute, "mrad"), (st.DofKind.Prismatic, "mm")) if kind in kinds)
 
 
 def play_control(source: str | Path) -> Played:
@@ -79,7 +87,7 @@ def play_control(source: str | Path) -> Played:
     model = scenario.model
     pictures, chosen = Pictures(model), chosen_frames(len(out.times))
     contacts = [[Contact(np.array(f.p_WC), np.array(f.force_W), False) for f in out.forces[k] if np.linalg.norm(f.force_W) > 0] for k in chosen]
-    error, unit = (1e3 * out.error, "mm") if scenario.tool is not None else (1e3 * out.error, "mrad")
+    error, unit = 1e3 * out.error, error_unit(scenario)
     lines = [
         f"t = {out.times[k]:.2f} s: **{out.largest_force[k]:.1f} N** of {scenario.lambda_max:g}{', at its bound' if out.bounded[k] else ''}, {error[k]:.1f} {unit} behind"
         for k in chosen

@@ -183,9 +183,14 @@ class Live:
         self.push_until = time.monotonic() + POKE
         q = self.scenario.q[moment]
         contacts = [(push.link, push.p_L, -push.newton * push.n_L) for push in self.pushes]
-        tau = sum((st.calc_contact_torque(self.model, q, *contact) for contact in contacts), self.scenario.noise * self.rng.normal(size=len(q)))
+        external = sum((st.calc_contact_torque(self.model, q, *contact) for contact in contacts), self.draw_noise())
+        tau = self.scenario.rest + self.scenario.sign * external  # as the robot would report it
         self.last = self.last_sets = None
         self.sense(q, tau, self.wrench(contacts, X), contacts, "pushed at " + " and ".join(push.link for push in self.pushes))
+
+    def draw_noise(self) -> np.ndarray:
+        noise, n = np.asarray(self.scenario.noise), self.model.n_a
+        return self.rng.multivariate_normal(np.zeros(n), noise) if noise.ndim == 2 else noise * self.rng.normal(size=n)
 
     def wrench(self, contacts: list[Contact], X: dict[str, st.Pose]) -> st.BaseWrench | None:
         """What the sensor under the base would measure of contacts, if the robot stands on one."""
@@ -246,11 +251,9 @@ class Live:
 
     def colour(self, q: np.ndarray, tau: np.ndarray, friction: float, X: dict[str, st.Pose]) -> None:
         """Samples by the share of the torques that the best force there leaves over."""
-        size = float(np.linalg.norm(tau))
-        for link in self.sensor.links:
+        shares = self.scenario.calc_residual_shares(q, tau, friction)
+        for link, share in zip(self.sensor.links, shares, strict=True):
             cloud = self.clouds[link.name]
-            left = self.sensor.calc_residuals(q, tau, link.name, link.p_L, link.n_L, friction=friction)
-            share = np.clip(np.sqrt(np.maximum(left, 0)) / size, 0, 1) if size > 0 else np.ones(len(left))
             cloud.colors = (LOW + share[:, None] * (HIGH - LOW)).astype(np.uint8)
             cloud.position = X[link.name].p
             cloud.wxyz = viser.transforms.SO3.from_matrix(X[link.name].R).wxyz

@@ -27,7 +27,7 @@ JointLine find_joint_line(const world::Model& model, int body) {
     }
     const auto kind = link->follower < 0 ? model.dofs()[static_cast<std::size_t>(link->dof)].kind
                                          : model.followers()[static_cast<std::size_t>(link->follower)].kind;
-    return {X_LB.R * link->axis, X_LB.p, kind == world::DofKind::Prismatic};
+    return {X_LB.R * link->axis, X_LB.p, kind == world::DofKind::Prismatic, link->dof - static_cast<int>(model.n_vu())};
   }
   core::throw_invalid("link", "'" + model.bodies()[static_cast<std::size_t>(body)].name + "'", "a link of a robot that a joint moves");
 }

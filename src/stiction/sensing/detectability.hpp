@@ -9,6 +9,7 @@ struct JointLine {
   Eigen::Vector3d axis_L = Eigen::Vector3d::UnitZ();   ///< unit
   Eigen::Vector3d origin_L = Eigen::Vector3d::Zero();  ///< a point on it [m]
   bool prismatic = false;
+  int joint = -1;  ///< index into u; for a follower that of the joint that it follows
 
   /// The direction m with τ = m·f for a force f at p: e × (p − o) [m], or e of a prismatic joint [-].
   Eigen::Vector3d lever(const Eigen::Vector3d& p_L) const { return prismatic ? axis_L : axis_L.cross(p_L - origin_L).eval(); }

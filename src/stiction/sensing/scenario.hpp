@@ -54,6 +54,8 @@ struct Scenario {
   std::optional<Poke> poke;            ///< if set, `series` is empty until the poke is simulated
   std::optional<BaseWrench> base;      ///< measured under the base, or computed from the contacts; not with a recorded series
 
+  /// The torques are computed from known contacts, and so are external ones.
+  bool is_computed() const { return poke || !contacts.empty(); }
   bool asks_for_sets() const { return max_contacts > 1 || base; }
   ContactSetOptions set_options() const;
   /// The known contacts that act at a moment.

@@ -50,6 +50,11 @@ void require_covariance(const MatrixXd& sigma, const std::vector<int>& joints) {
                         "a positive definite matrix [(N m)²]; of fewer rows at rest than joints take the standard deviations alone");
 }
 
+[[noreturn]] void refuse_shape(const MatrixXd& noise, int n_a) {
+  core::throw_invalid("noise", fmt::format("shape ({}, {})", noise.rows(), noise.cols()),
+                      fmt::format("one number, {} standard deviations, or a covariance of shape ({}, {})", n_a, n_a, n_a));
+}
+
 }  // namespace
 
 void TorqueModel::validate(int n_a) const {
@@ -73,28 +78,26 @@ void TorqueModel::validate(int n_a) const {
   require_covariance(covariance, joints);
 }
 
-MatrixXd make_covariance(const MatrixXd& noise, int n_a, double& uniform) {
-  const bool is_vector = noise.cols() == 1;
-  if (noise.rows() != n_a || (!is_vector && noise.cols() != n_a))
-    core::throw_invalid("noise", fmt::format("shape ({}, {})", noise.rows(), noise.cols()),
-                        fmt::format("one number, {} standard deviations, or a covariance of shape ({}, {})", n_a, n_a, n_a));
-  core::require_finite("noise", {noise.data(), static_cast<std::size_t>(noise.size())});
-  if (is_vector) {
-    for (Index j = 0; j < n_a; ++j)
-      if (!(noise(j, 0) > 0)) core::throw_invalid(fmt::format("noise[{}]", j), fmt::format("{}", noise(j, 0)), "a number > 0 [N m]");
-    if ((noise.array() == noise(0, 0)).all()) {
-      uniform = noise(0, 0);
-      return {};
-    }
-    return noise.col(0).array().square().matrix().asDiagonal();
-  }
-  std::vector<int> all = measured_joints({}, n_a);
-  require_covariance(noise, all);
-  if (noise.isApprox(noise(0, 0) * MatrixXd::Identity(n_a, n_a), 0)) {
-    uniform = std::sqrt(noise(0, 0));
+MatrixXd make_covariance(const VectorXd& deviations, int n_a, double& uniform) {
+  if (deviations.size() != n_a) refuse_shape(deviations, n_a);
+  core::require_finite("noise", {deviations.data(), static_cast<std::size_t>(deviations.size())});
+  for (Index j = 0; j < n_a; ++j)
+    if (!(deviations[j] > 0)) core::throw_invalid(fmt::format("noise[{}]", j), fmt::format("{}", deviations[j]), "a number > 0 [N m]");
+  if ((deviations.array() == deviations[0]).all()) {
+    uniform = deviations[0];
     return {};
   }
-  return noise;
+  return deviations.array().square().matrix().asDiagonal();
+}
+
+MatrixXd make_covariance(const MatrixXd& covariance, int n_a, double& uniform) {
+  if (covariance.rows() != n_a || covariance.cols() != n_a) refuse_shape(covariance, n_a);
+  require_covariance(covariance, measured_joints({}, n_a));
+  if (covariance.isApprox(covariance(0, 0) * MatrixXd::Identity(n_a, n_a), 0)) {
+    uniform = std::sqrt(covariance(0, 0));
+    return {};
+  }
+  return covariance;
 }
 
 void WhitenedTorques::find_joints(const TorqueModel& model) {

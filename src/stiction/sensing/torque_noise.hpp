@@ -28,9 +28,11 @@ struct TorqueModel {
   void validate(int n_a) const;
 };
 
-/// Makes Σ from one number, n_a numbers or an n_a × n_a matrix. @param noise  standard deviations (n_a), or Σ itself (n_a × n_a)
+/// Makes Σ from standard deviations (n_a), or from Σ itself (n_a × n_a). A vector and a matrix differ by their types, since those of one
+/// joint have the same size.
 /// @returns Σ; empty if all joints have the same noise, which is then in `uniform`  @throws core::InvalidInput
-Eigen::MatrixXd make_covariance(const Eigen::MatrixXd& noise, int n_a, double& uniform);
+Eigen::MatrixXd make_covariance(const Eigen::VectorXd& deviations, int n_a, double& uniform);
+Eigen::MatrixXd make_covariance(const Eigen::MatrixXd& covariance, int n_a, double& uniform);
 
 /// Whitened torques: measured torques in coordinates with equal and independent noise s:
 ///     τ_s = W (sign (measured − rest)) ,   W Σ_m Wᵀ = s² 1 ,   s = |Σ_m|^{1/2m}                                          (Y.17)

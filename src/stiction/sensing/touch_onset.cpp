@@ -102,7 +102,6 @@ double calc_onset_bound(Index n, double allowance, double rate) {
 TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(std::move(options)), n_(rest.size()) {
   core::require_finite("rest", {rest.data(), static_cast<std::size_t>(n_)});
   options_.validate(n_);
-  if (options_.noise.cols() == 1) options_.noise = MatrixXd(options_.noise.col(0).array().square().matrix().asDiagonal());
   bound_ = calc_onset_bound(n_, 0.5 * options_.shift, options_.false_alarms);
   const Index states = options_.friction.size() > 0 ? 2 * n_ : n_;
   x_.setZero(states);

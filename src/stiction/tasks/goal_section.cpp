@@ -199,7 +199,6 @@ void read_goal(const YamlNode& node, const Model& model, planning::PlanningProbl
 }
 
 void set_goal(Task& task, std::span<const double> values) {
-  core::require_finite("goal", values);
   set_goal(task, std::vector<std::optional<double>>(values.begin(), values.end()));
 }
 
@@ -221,9 +220,9 @@ void set_goal(Task& task, const std::vector<std::optional<double>>& values) {
                         fmt::format("{} ({}{} of {})", expected, any_free ? "x y z roll pitch yaw" : "the coordinates",
                                     any_free && objects.size() > 1 ? ", or the coordinates," : "", names));
   }
-  for (const auto& value : values) {
-    if (value) core::require_finite("goal", std::span(&*value, 1));
-  }
+  std::vector<double> numbers;
+  for (const auto& value : values) numbers.push_back(value.value_or(0));
+  core::require_finite("goal", numbers);
   task.goal_from_command_line = true;
   planning::GoalRegion region = unbounded(model);
   Eigen::VectorXd q = task.problem.q_start;

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/tasks/kind_of_file.hpp"
@@ -151,19 +152,28 @@ std::vector<Eigen::Index> read_rest_rows(const YamlNode& node, const sensing::Se
 
 /// Standard deviations of joints, by number or by name, or the rows of a covariance.
 void read_noise(const YamlNode& node, const Model& model, SenseOptions& options) {
-  Eigen::MatrixXd noise;
+  std::variant<Eigen::VectorXd, Eigen::MatrixXd> noise;
   if (node.is_sequence() && !node.items().empty() && node.items()[0].is_sequence()) {
     const auto rows = node.items(static_cast<std::size_t>(model.n_a()));
-    noise.resize(model.n_a(), model.n_a());
-    for (Eigen::Index i = 0; i < noise.rows(); ++i) noise.row(i) = rows[static_cast<std::size_t>(i)].vector(model.n_a()).transpose();
+    auto& covariance = noise.emplace<Eigen::MatrixXd>(model.n_a(), model.n_a());
+    for (Eigen::Index i = 0; i < covariance.rows(); ++i)
+      covariance.row(i) = rows[static_cast<std::size_t>(i)].vector(model.n_a()).transpose();
   } else {
     noise = read_joints(node, model, Eigen::VectorXd::Constant(model.n_a(), options.noise));
   }
   try {
-    options.torques.covariance = sensing::make_covariance(noise, model.n_a(), options.noise);
+    options.torques.covariance = std::visit([&](const auto& x) { return sensing::make_covariance(x, model.n_a(), options.noise); }, noise);
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
   }
+}
+
+/// Rest and sign are those of a torque sensor.
+void refuse_sensor_of_computed(const YamlNode& node, const Scenario& scenario) {
+  if (!scenario.is_computed()) return;
+  for (const char* key : {"rest", "sign"})
+    if (const auto value = node.find(key); value && !(value->is_number() && value->number() == 1))
+      value->fail(fmt::format("'{}' of torques that are computed from contacts", key), "measured torques, from 'torques' or 'series'");
 }
 
 /// Rest and noise, from numbers or from rows of the series.
@@ -290,6 +300,10 @@ void read_poke(const YamlNode& top, const YamlNode& node, Scenario& out) {
   if (const auto end = node.find("end")) poke.end = read_joints(*end, model, poke.start);
   poke.duration = node.at("duration").positive();
   read_into(node, "period", poke.period);
+  constexpr double kLeastPeriod = 2e-4, kMostMoments = 1e6;  // of the impedance controller [s]; each moment is sensed
+  if (poke.period < kLeastPeriod) node.at("period").fail(fmt::format("at least {} s", kLeastPeriod));
+  if (poke.duration > kMostMoments * poke.period)
+    node.at("duration").fail(fmt::format("at most {:g} times the period, {} s", kMostMoments, poke.period));
   read_pushes(node, out);
   if (const auto base = top.find("base_wrench")) out.base = read_base(*base, false);
   const auto observer = node.find("observer");
@@ -356,6 +370,7 @@ Scenario read_scenario(const YamlNode& top, const std::string& field, const std:
   }
   if (options) read_unmeasured(*options, *model, out.options);
   read_measurement(top, out);
+  if (options) refuse_sensor_of_computed(*options, out);
   if (options) read_torque_model(*options, out);
   return out;
 }

@@ -1,5 +1,7 @@
 #include "stiction/execution/contact_control/control_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -64,6 +66,9 @@ struct ControlLoop::Impl {
                         : std::nullopt),
         controller(s.model, make_controller_options(s, estimator ? estimator->time_constant() : 0)),
         kinematics_work(model) {
+    if (!(s.period >= s.impedance.period))
+      core::throw_invalid("controller.period", fmt::format("{} s", s.period),
+                          fmt::format("at least {} s, the period of the impedance controller", s.impedance.period));
     core::require_size("world: joints", world.n_a(), model.n_a());
     core::require_size("world: configuration", world.n_q(), model.n_q());
     plant.reset(calc_start(s));
@@ -221,7 +226,7 @@ Status ControlLoop::tick(const Eigen::VectorXd& reference, ControlSample& out) {
   loop.measure();
   loop.command(reference, out);
   loop.time = static_cast<double>(++loop.ticks) * loop.scenario.period;
-  return loop.plant.advance(loop.q_cmd, loop.scenario.period);
+  return loop.plant.advance(loop.q_cmd, loop.time - loop.plant.time());  // the impedance controller may have other periods
 }
 
 void ControlLoop::hold_push(const simulation::Push& push) {

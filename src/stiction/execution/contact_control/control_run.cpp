@@ -119,9 +119,9 @@ class Contacts {
 };
 
 Status run(const ControlScenario& scenario, const ControlRunOptions& options, ControlLoop& loop, ControlRunResult& out) {
-  const auto ticks = static_cast<long>(std::ceil(scenario.duration / scenario.period - 1e-9));
+  const double ticks = std::ceil(scenario.duration / scenario.period - 1e-9);
   Eigen::VectorXd reference;
-  for (long k = 0; k < ticks; ++k) {
+  for (long k = 0; static_cast<double>(k) < ticks; ++k) {
     if (options.control.cancelled()) return Status::Cancelled;
     if (options.control.expired()) return Status::MaxIterations;
     calc_reference(scenario, loop.time() + scenario.period, reference);

@@ -77,7 +77,8 @@ Status simulate_poke(sensing::Scenario& scenario, std::string& message) {
     for (const int push : acting) pushes.push_back(make_push(scenario, push));
     plant.set_pushes(pushes);
     const VectorXd command = poke.start + s * s * (3 - 2 * s) * (poke.end - poke.start);
-    if (const Status status = plant.advance(command, poke.period); status != Status::Solved) {
+    const double until = static_cast<double>(i + 1) * poke.period;
+    if (const Status status = plant.advance(command, until - plant.time()); status != Status::Solved) {
       message = plant.message();
       return status;
     }

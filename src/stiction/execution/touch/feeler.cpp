@@ -77,8 +77,8 @@ void Feeler::listen() {
 
 void Feeler::start() {
   if (rows_ == 0) core::throw_invalid("rest", "no row", "at least one row while nothing touches");
-  onset_.emplace(sum_ / rows_,
-                 sensing::OnsetOptions{.noise = noise_.diagonal().cwiseSqrt(), .drift = drift_, .friction = friction_, .rest_rows = rows_});
+  onset_.emplace(sum_ / rows_, sensing::OnsetOptions{
+                                   .noise = noise_.diagonal().asDiagonal(), .drift = drift_, .friction = friction_, .rest_rows = rows_});
   settle();
 }
 
