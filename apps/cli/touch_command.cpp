@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -14,6 +15,7 @@
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/tasks/touch_scenario_file.hpp"
+#include "stiction/world/scales.hpp"
 #include "touch_command.hpp"
 #include "touch_page.hpp"
 
@@ -63,7 +65,10 @@ void print_summary(std::FILE* to, const TouchScenario& scenario, const TouchRunR
   row("force bound", fmt::format("{:.1f} N", scenario.arm.controller.lambda_max));
   row("largest force", fmt::format("{:.1f} N, impacts included", r.run.peak_force));
   row("settled force", fmt::format("at most {:.1f} N, mean {:.1f} N", r.run.settled_peak, r.run.mean_force));
-  row("error at the goal", fmt::format("{:.2g} rad (tolerance {:.2g})", r.goal_error, scenario.tolerance));
+  const world::Model& model = *scenario.arm.model;
+  const bool slides = std::ranges::any_of(model.dofs(), [](const auto& dof) { return dof.kind == world::DofKind::Prismatic; });
+  const std::string unit = slides ? fmt::format("; 1 rad stands for {:.3g} m of a sliding joint", model.scales().robots().length) : "";
+  row("error at the goal", fmt::format("{:.2g} rad (tolerance {:.2g}{})", r.goal_error, scenario.tolerance, unit));
   row("duration", fmt::format("{:.1f} s simulated", static_cast<double>(r.run.samples.size()) * scenario.arm.period));
 }
 

@@ -244,6 +244,8 @@ def test_columns_that_are_missing_are_named(task: st.Task, table: list[list[str]
     ):
         with pytest.raises(st.InvalidInput, match=re.escape(message)):
             st.read_demonstration(write(columns=[name for name in table[0] if name != missing and name != f"q_cmd_{missing[2:]}"]), task)
+    some = st.read_demonstration(write(columns=[name for name in table[0] if name != "q_cmd_left/joint_2"]), task)
+    assert some.commands is None and some.notes == ["commands are not read, because there is no column q_cmd_left/joint_2"]
     with pytest.raises(st.InvalidInput, match="got the ending '.txt', expected .csv or .npz"):
         st.read_demonstration(tmp_path / "demo.txt", task)
     with pytest.raises(st.InvalidInput, match="none.csv: cannot be read"):

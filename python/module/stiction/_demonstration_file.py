@@ -106,7 +106,10 @@ def _read_csv(file: Path, task: Task) -> tuple[np.ndarray, np.ndarray, np.ndarra
     columns, notes = _find_joints(names, task, str(file))
     joints = np.column_stack([column(given[i]) for i in columns])
     wanted = [f"q_cmd_{names[i]}" for i in columns]
-    commands = np.column_stack([column(name) for name in wanted]) if all(name in head for name in wanted) else None
+    missing = [name for name in wanted if name not in head]
+    if missing and len(missing) < len(wanted):
+        notes.append(f"commands are not read, because there is no column {', '.join(missing)}")
+    commands = None if missing else np.column_stack([column(name) for name in wanted])
     poses = np.empty((len(joints), len(task.model.object_names), len(POSE)))
     for k, name in enumerate(task.model.object_names):
         for i, axis in enumerate(POSE):
