@@ -5664,7 +5664,8 @@ def observe(model: Model, t: numpy.typing.ArrayLike, q: numpy.typing.ArrayLike, 
       model: Model with the robot.
       t: times, increasing [s] (time).
       q, qd: joint positions [rad or m] and velocities [rad/s or m/s] (time, n_a).
-      tau: torques of the motors on the links [N m; N] (time, n_a).
+      tau: torques of the motors on the links [N m; N] (time, n_a), as torque sensors at the joints measure them. The model has no rotors:
+        if these are torques of the motors themselves, the torques that accelerate their rotors (`armature` of an MJCF) look external.
       time_constant: lag of the estimate [s], > 0.
       friction: JointFriction of identify_friction(). None: no friction.
 
