@@ -66,7 +66,8 @@ void print_summary(std::FILE* to, const TouchScenario& scenario, const TouchRunR
   row("largest force", fmt::format("{:.1f} N, impacts included", r.run.peak_force));
   row("settled force", fmt::format("at most {:.1f} N, mean {:.1f} N", r.run.settled_peak, r.run.mean_force));
   const world::Model& model = *scenario.arm.model;
-  const bool slides = std::ranges::any_of(model.dofs(), [](const auto& dof) { return dof.kind == world::DofKind::Prismatic; });
+  const bool slides = std::ranges::any_of(model.dofs().last(static_cast<std::size_t>(model.n_a())),
+                                          [](const auto& dof) { return dof.kind == world::DofKind::Prismatic; });
   const std::string unit = slides ? fmt::format("; 1 rad stands for {:.3g} m of a sliding joint", model.scales().robots().length) : "";
   row("error at the goal", fmt::format("{:.2g} rad (tolerance {:.2g}{})", r.goal_error, scenario.tolerance, unit));
   row("duration", fmt::format("{:.1f} s simulated", static_cast<double>(r.run.samples.size()) * scenario.arm.period));

@@ -1,5 +1,4 @@
 #include "stiction/planning/settle_start.hpp"
-#include "stiction/planning/contact_limits.hpp"
 
 #include <fmt/format.h>
 

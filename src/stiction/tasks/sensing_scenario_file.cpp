@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/simulation/impedance.hpp"
 #include "stiction/tasks/kind_of_file.hpp"
 #include "stiction/world/cache_file.hpp"
 #include "stiction/world/read.hpp"
@@ -300,8 +301,9 @@ void read_poke(const YamlNode& top, const YamlNode& node, Scenario& out) {
   if (const auto end = node.find("end")) poke.end = read_joints(*end, model, poke.start);
   poke.duration = node.at("duration").positive();
   read_into(node, "period", poke.period);
-  constexpr double kLeastPeriod = 2e-4, kMostMoments = 1e6;  // of the impedance controller [s]; each moment is sensed
-  if (poke.period < kLeastPeriod) node.at("period").fail(fmt::format("at least {} s", kLeastPeriod));
+  constexpr double kMostMoments = 1e6;  // each is sensed
+  const double least = simulation::ImpedanceOptions{}.period;
+  if (poke.period < least) node.at("period").fail(fmt::format("at least {} s", least));
   if (poke.duration > kMostMoments * poke.period)
     node.at("duration").fail(fmt::format("at most {:g} times the period, {} s", kMostMoments, poke.period));
   read_pushes(node, out);

@@ -102,7 +102,7 @@ Task read_task(const YamlNode& root, std::string name) {
   faults.collect([&] {
     if (const auto bystanders = root.find("bystanders")) read_bystanders(*bystanders, model, task.problem);
   });
-  faults.collect([&] { require_touch(root.find("scene").value_or(root), model); });
+  faults.collect([&] { require_touch(root.at("scene"), model); });
   if (model.objects().empty()) faults.raise();  // there is none to be brought to its goal
   faults.collect([&] {
     if (const auto planner = root.find("planner")) task.options = read_planner_options(*planner, model, task.options, &task.notes);

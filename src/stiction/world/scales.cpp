@@ -104,10 +104,10 @@ Scales::Scales(const Model& model) : softest_(calc_softest(model)) {
   calc_kinematics(model, model.neutral(), work, kinematics);
   for (std::size_t o = 0; o < model.objects().size(); ++o) {
     const ObjectInfo& object = model.objects()[o];
-    const double length = calc_length(model.scene().objects[o]);
+    const ObjectSpec& spec = model.scene().objects[o];
+    const double length = calc_length(spec);
     const double g = gravity_along(model, kinematics, object).norm();
     const double weight = g > kLevel * gravity.norm() ? object.carried_mass * g : 0.0;
-    const ObjectSpec& spec = model.scene().objects[o];
     const double friction = spec.joint_friction / (spec.joint == ObjectJoint::Hinge ? length : 1.0);
     const double force = std::max(weight, friction);
     const double fallback = gravity.isZero(0) ? length : gravity.norm();
